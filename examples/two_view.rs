@@ -10,7 +10,7 @@ use sensel::draw::DrawKey;
 use sensel::num::{f64_from_usize, u64_from};
 use sensel::optics::lens::{Intrinsics, Lens, Mapping};
 use sensel::pose::parse_tum;
-use sensel::tracker::initial::{Model, Pair, TwoViewSettings, two_view};
+use sensel::tracker::initial::{BearingPair, TwoViewModel, TwoViewSettings, two_view};
 use sensel::tracker::matching::{Best, Descriptor, MatchRule};
 
 /// Standard deviation of a place per axis, in pixels: the tracker's own figure for a full-size corner.
@@ -55,11 +55,12 @@ fn best(own: &Corner, others: &[Corner]) -> Option<usize> {
 }
 
 /// Pairs of corners that are each other's best.
-fn pairs(lens: &Lens, first: &[Corner], second: &[Corner]) -> Vec<Pair> {
+fn pairs(lens: &Lens, first: &[Corner], second: &[Corner]) -> Vec<BearingPair> {
     let pair = |(number, own): (usize, &Corner)| {
         let other = &second[best(own, second)?];
         let mutual = best(other, first) == Some(number);
-        Some(Pair { first: lens.unproject(own.place_px)?, second: lens.unproject(other.place_px)? }).filter(|_| mutual)
+        Some(BearingPair { first: lens.unproject(own.place_px)?, second: lens.unproject(other.place_px)? })
+            .filter(|_| mutual)
     };
     first.iter().enumerate().filter_map(pair).collect()
 }
@@ -87,7 +88,10 @@ fn main() -> Result<(), Failure> {
             continue;
         };
         errors_deg.push(view.second_from_first.inverse().then(&truth).angle_rad().to_degrees());
-        models[[Model::General, Model::Plane, Model::Rotation].iter().position(|m| *m == view.model).unwrap_or(0)] += 1;
+        models[[TwoViewModel::General, TwoViewModel::Plane, TwoViewModel::Rotation]
+            .iter()
+            .position(|m| *m == view.model)
+            .unwrap_or(0)] += 1;
     }
     errors_deg.sort_by(f64::total_cmp);
     let quantile = |share: f64| {

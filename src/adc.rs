@@ -36,7 +36,7 @@ pub use columns::{Columns, Converter};
 pub use comparator_noise::comparator_noise;
 pub use convert::Crossings;
 pub use event_counts::{count_conversion, count_row};
-pub use expected::{Moments, NoisyLevel, clipped};
+pub use expected::{CodeMoments, NoisyLevel, clipped};
 pub use params::{AdcParams, Cds, Counter, Counting, Ramp};
 pub use ramp::RampEdges;
 pub use ramp_jitter::RampJitter;

@@ -33,9 +33,9 @@ mod uncertainty;
 pub mod truth;
 
 pub use analysis::{Figures, figures};
-pub use measure::Measurement;
+pub use measure::ChannelMeasurement;
 pub use record::Characterization;
-pub use set::{Options, Set, Shot};
-pub use truth::{Truth, Want};
+pub use set::{MeasurementSize, PlannedShot, Set};
+pub use truth::{ChannelTruth, Want};
 
-pub use bench::Bench;
+pub use bench::SensorBench;

@@ -65,11 +65,12 @@ pub use even::{FrameClocks, even_frame};
 pub use fast::{Corner, fast9};
 pub use orientation::angle_of;
 pub use params::{
-    ExtractorParams, OCTAVE_SIDE_PX_MIN, Overflow, PATCH_MARGIN_PX, Pattern, Rank, SIDE_PX_MAX, SIDE_PX_MIN, Smoothing,
+    ExtractorParams, OCTAVE_SIDE_PX_MIN, Overflow, PATCH_MARGIN_PX, PairPattern, Rank, SIDE_PX_MAX, SIDE_PX_MIN,
+    Smoothing,
 };
 pub use pattern::pattern;
 pub use rows::{AtOnce, Pixels, RowByRow, RowSpacing};
-pub use sequence::{Record, Sequence};
+pub use sequence::{FeatureRecord, Sequence};
 pub use word::Word;
 
 /// The blocks one by one, for those who hold hardware against them.
@@ -82,7 +83,7 @@ pub mod blocks {
     pub use super::orientation::{moments, rounded_angle};
     pub use super::patch::{Patch, RADIUS_PX};
     pub use super::pattern::{sine_of, symmetric_pairs, symmetric_pattern, turned};
-    pub use super::rows::{DRAIN_CLK, FRONT_LATENCY_CLK, Row, frame_clk, order};
+    pub use super::rows::{DRAIN_CLK, FRONT_LATENCY_CLK, PositionRow, frame_clk, order};
     pub use super::smooth::smooth;
     pub use super::subpixel::{fitted_shift, responses};
 }
@@ -96,7 +97,7 @@ use crate::num::u64_from;
 use crate::plane::Plane;
 use crate::rtl_simulator::SharedRtlSimulator;
 use crate::units::Size;
-pub use feature::{Counts, Extracted, Feature};
+pub use feature::{Extracted, ExtractorCounts, Feature};
 
 /// The extractor of one camera, frame after frame. Only its threshold lasts from one to the next.
 #[derive(Clone, Debug)]

@@ -10,7 +10,7 @@ pub mod variation;
 use crate::adc::{self, AdcParams};
 use crate::effect::Effect;
 use crate::num::f64_from_u64;
-use crate::pixel::{self, PixelParams, Sampling};
+use crate::pixel::{self, PixelParams, SampleTiming};
 
 /// What effects are made from.
 #[derive(Clone, Debug)]
@@ -34,14 +34,14 @@ pub struct EffectEntry {
 /// The samples with the time between them: from reset sample to signal sample pass the rest of the reset conversion, where there is
 /// one, and the settling of the signal. Both levels are met at one height of the ramp, as in a dark pixel; a bright one is met up to a
 /// ramp later.
-pub fn sampling(parameters: &Parameters) -> Sampling {
+pub fn sampling(parameters: &Parameters) -> SampleTiming {
     let adc = &parameters.adc;
     let samples = adc.cds.samples();
     if !samples.is_double() {
-        return Sampling { samples, interval_s: 0.0 };
+        return SampleTiming { samples, interval_s: 0.0 };
     }
     let reset_s = f64::from(adc.reset_counts_used()) / f64_from_u64(adc.clock_hz);
-    Sampling { samples, interval_s: reset_s + 1e-6 * adc.settle_signal_us }
+    SampleTiming { samples, interval_s: reset_s + 1e-6 * adc.settle_signal_us }
 }
 
 /// All effects in the order in which light and charge meet them.

@@ -17,5 +17,5 @@ pub use host::{HostEnergy, HostParams};
 pub use item::{Amount, Design, Item, Rail};
 pub use model::SensorPower;
 pub use params::{Architecture, EnergyParams, Periphery, Port};
-pub use technology::{Scaling, Technology, Value};
+pub use technology::{ConstantValue, Scaling, Technology};
 pub use uncertainty::{DISCREPANCY, Range};

@@ -24,10 +24,10 @@ mod search;
 mod study;
 mod verilog;
 
-pub use choice::{Choice, Goal, PILOT_FRAMES, choose};
-pub use clocks::{Clocks, Cost};
-pub use errors::{Match, feature_f1};
-pub use knobs::{EffectsKnob, Rays, Setting};
-pub use measure::{Bench, Options, study_key};
+pub use choice::{ChosenSetting, Goal, PILOT_FRAMES, choose};
+pub use clocks::{MeasuredCost, StudyClocks};
+pub use errors::{SharedFeatures, feature_f1};
+pub use knobs::{EffectsKnob, RayBudget, Setting};
+pub use measure::{LadderBench, LadderOptions, study_key};
 pub use rows::ladder;
-pub use study::{HeldOut, Verdict, judge};
+pub use study::{HeldOut, SettingVerdict, judge};

@@ -57,7 +57,7 @@ pub use prnu::Prnu;
 pub use read_noise::read_noise;
 pub use row::{add_scaled, add_to_all, scale_all, scale_by_pattern};
 pub use rts_noise::RtsNoise;
-pub use sample_noise::{SampleNoise, SampleSigmas, Samples, Sampling};
+pub use sample_noise::{SampleNoise, SampleSigmas, SampleTiming, SampledLevels};
 pub use shot_noise::ShotNoise;
 pub use storage_leakage::StorageLeakage;
 pub use stuck_pixels::StuckPixels;
@@ -130,8 +130,8 @@ mod tests {
             DarkCurrent::from_params(params),
             Dsnu::from_params(params),
             FullWell::from_params(params),
-            ktc_noise(params, Samples::Difference),
-            read_noise(params, Samples::Difference),
+            ktc_noise(params, SampledLevels::Difference),
+            read_noise(params, SampledLevels::Difference),
         ];
         all.into_iter().flatten().collect()
     }

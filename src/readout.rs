@@ -20,8 +20,8 @@ pub use clock::{ClockSpan, FrameClock};
 pub use geometry::Geometry;
 pub use hdr::{HdrMerge, MERGED_BITS_MAX};
 pub use params::{
-    AutoExposureParams, BinningMode, Exposure, FrameLength, Hdr, LongExposure, Pulses, ReadoutParams, Shutter, Trigger,
-    Window,
+    AutoExposureParams, BinningMode, ExposureSetting, FrameLength, Hdr, LongExposure, Pulses, ReadoutParams, Shutter,
+    Trigger, Window,
 };
 pub use registers::{ExposureSettings, Registers};
 pub use schedule::Schedule;

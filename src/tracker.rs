@@ -47,7 +47,7 @@ use glam::DVec3;
 use crate::error::Error;
 use crate::pose::TimedPose;
 
-pub use answer::{FrameInput, Inlier, Status, TrackedFrame, Work};
+pub use answer::{FrameInput, Inlier, Status, TrackedFrame, TrackerWork};
 use close::LoopCandidate;
 use extend::PendingKeypoints;
 pub use map::Landmark;
@@ -56,7 +56,7 @@ pub use params::TrackerParams;
 pub use preintegrate::filter::{ImuCalibration, ImuFilter};
 pub use preintegrate::{ImuMeasurement, Noise};
 pub use rig::CameraCalibration;
-use rig::{RigCamera, View};
+use rig::{CameraKeypoints, RigCamera};
 use start::MonoInitialiser;
 use state::TrackerState;
 pub use sweep::RowClock;
@@ -166,8 +166,10 @@ impl Tracker {
                 RowClock::GLOBAL
             }
         };
-        let view = |(number, camera): (usize, &RigCamera)| View::new(camera, &input.features[number], clock(number));
-        let views: Vec<View> = self.cameras.iter().enumerate().map(view).collect();
+        let view = |(number, camera): (usize, &RigCamera)| {
+            CameraKeypoints::new(camera, &input.features[number], clock(number))
+        };
+        let views: Vec<CameraKeypoints> = self.cameras.iter().enumerate().map(view).collect();
         let frame = (input.t_s, &views[..]);
         let (state, answer) = match self.state {
             TrackerState::Waiting => self.initialise(frame),

@@ -6,7 +6,7 @@
 use crate::common;
 
 use common::{Scratch, sensel};
-use sensel::characterize::{Bench, Characterization, Options, Truth};
+use sensel::characterize::{ChannelTruth, Characterization, MeasurementSize, SensorBench};
 use sensel::config::Resolved;
 use sensel::units::Size;
 
@@ -16,13 +16,18 @@ fn sensor(assignments: &[&str]) -> Resolved {
     Resolved::from_layers("test", text, &assignments).unwrap()
 }
 
-fn small() -> Options {
-    Options { size: Some(Size { width_px: 160, height_px: 120 }), points: 40, stack: 32, ..Options::default() }
+fn small() -> MeasurementSize {
+    MeasurementSize {
+        size: Some(Size { width_px: 160, height_px: 120 }),
+        points: 40,
+        stack: 32,
+        ..MeasurementSize::default()
+    }
 }
 
-fn measured(assignments: &[&str], options: &Options) -> (Characterization, Truth) {
+fn measured(assignments: &[&str], options: &MeasurementSize) -> (Characterization, ChannelTruth) {
     let resolved = sensor(assignments);
-    let bench = Bench::new(&resolved, options).unwrap();
+    let bench = SensorBench::new(&resolved, options).unwrap();
     let measurement = bench.run(|_, _| Ok(())).unwrap();
     (Characterization::new("test", &resolved, &bench, &measurement), bench.truth())
 }
@@ -49,8 +54,8 @@ fn own_figures_meet_the_truth_of_the_configuration() {
 #[test]
 fn a_tolerance_shrinks_with_the_root_of_the_pixels() {
     let tolerance = |width_px, height_px| {
-        let options = Options { size: Some(Size { width_px, height_px }), ..Options::default() };
-        Bench::new(&sensor(&[]), &options).unwrap().truth().wants.get("QE").unwrap().abs_tol.unwrap()
+        let options = MeasurementSize { size: Some(Size { width_px, height_px }), ..MeasurementSize::default() };
+        SensorBench::new(&sensor(&[]), &options).unwrap().truth().wants.get("QE").unwrap().abs_tol.unwrap()
     };
     let ratio = tolerance(100, 80) / tolerance(400, 320);
     // Sixteen times the pixels: four times less, as every term of QE's error falls with their root; dark charge of four times as many

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use sensel::compute::{
-    AlwaysReady, AtOnce, Corner, Extractor, ExtractorParams, Feature, PATCH_MARGIN_PX, Pattern, Pixels, Records,
+    AlwaysReady, AtOnce, Corner, Extractor, ExtractorParams, Feature, PATCH_MARGIN_PX, PairPattern, Pixels, Records,
     blocks, every_corner, extract, fast9, to_8_bits,
 };
 use sensel::draw::mix;
@@ -369,7 +369,7 @@ fn a_turned_picture_has_turned_angles_and_nearly_the_same_descriptors() {
     let codes = blobs(240, 240);
     let turned = Plane::from_values(codes.size(), (0..240 * 240).map(|i| codes.at(i / 240, 239 - i % 240)).collect());
     // The new place of (x, y) is (239 - y, x): a quarter turn from +x towards +y, 64 steps.
-    for pattern in [Pattern::Gaussian, Pattern::Symmetric] {
+    for pattern in [PairPattern::Gaussian, PairPattern::Symmetric] {
         let params = ExtractorParams { pattern, subpixel: false, ..MANY };
         let before = every_corner(&codes, 16, &params).unwrap();
         let after = every_corner(&turned, 16, &params).unwrap();
@@ -382,8 +382,9 @@ fn a_turned_picture_has_turned_angles_and_nearly_the_same_descriptors() {
             assert!(off <= 1 || off == 255, "angle {} became {}", feature.angle, twin.angle);
             // Half-way places round up before and after, and so a few of the 512 points land one pixel apart. The symmetric pattern
             // may besides land in the next of its 32 turns where the angle moved over a seam.
-            let seam =
-                pattern == Pattern::Symmetric && off != 0 && twin.angle.to_bits() % 8 != feature.angle.to_bits() % 8;
+            let seam = pattern == PairPattern::Symmetric
+                && off != 0
+                && twin.angle.to_bits() % 8 != feature.angle.to_bits() % 8;
             assert!(seam || feature.distance(twin) <= 20, "{} bits differ at ({x}, {y})", feature.distance(twin));
             compared += 1;
         }
@@ -477,7 +478,7 @@ fn events_follow_the_pixels_and_the_features() {
     // Turned points, two moments of 27 columns or rows, 32 slopes.
     assert_eq!(busy.count(Event::ComputeMac), some * (2048 + 54 + 32));
     let (same, symmetric) =
-        count(&blobs(100, 80), &ExtractorParams { subpixel: false, pattern: Pattern::Symmetric, ..usual });
+        count(&blobs(100, 80), &ExtractorParams { subpixel: false, pattern: PairPattern::Symmetric, ..usual });
     assert_eq!((same, symmetric.count(Event::ComputeMac)), (some, some * (54 + 32)));
     let (_, wide) = count(&flat, &ExtractorParams { pipeline_bits: 12, threshold: 160, ..usual });
     assert_eq!(wide.count(Event::LineBufferWrite), 9 * 8000 * 12 / 8);

@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 use cases::{CASES, Case, Idle, Light};
 use sensel::config::Resolved;
 use sensel::effects::chain::{Capture, Captured, Chain, RowTimes};
-use sensel::effects::plan::{Choice, Plan, plan};
+use sensel::effects::plan::{EffectChoice, Plan, plan};
 use sensel::effects::regions::{LightBounds, regions};
 use sensel::effects::{self, Parameters, costs};
 use sensel::num::{f32_nearest, f64_from_usize};
@@ -44,7 +44,7 @@ fn planned(parameters: &Parameters, signal_e: [f64; 2]) -> Plan {
     let light = LightBounds { photons_min, photons_max };
     let dies = pixel::die_spread(&parameters.pixel, 6, 1, SIZE);
     let regions = regions(parameters, light, TIMES.exposure_s, TIMES.storage_s, dies);
-    plan(effects::build_all(parameters), &regions, 0.1, &Choice::parse("auto", &[]).unwrap())
+    plan(effects::build_all(parameters), &regions, 0.1, &EffectChoice::parse("auto", &[]).unwrap())
 }
 
 /// A frame of a wedge between two signals, by the effects that the plan keeps.
@@ -144,7 +144,7 @@ fn an_effect_that_is_left_out_is_told_in_words_with_its_budget() {
     let efficiency = parameters.pixel.quantum_efficiency * parameters.pixel.fill_factor;
     let light = LightBounds { photons_min: 100.0 / efficiency, photons_max: 2000.0 / efficiency };
     let regions = regions(&parameters, light, 12e-6, 0.0, pixel::ANY_DIE);
-    let made = plan(effects::build_all(&parameters), &regions, 0.1, &Choice::parse("auto", &[]).unwrap());
+    let made = plan(effects::build_all(&parameters), &regions, 0.1, &EffectChoice::parse("auto", &[]).unwrap());
     let words: Vec<String> = made.omitted.iter().map(|effect| effect.words(made.budget_e)).collect();
     let dark = words.iter().find(|words| words.starts_with("dark current")).unwrap();
     // 10 e-/s in 12 us.

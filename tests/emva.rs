@@ -9,7 +9,7 @@ use std::process::Command;
 
 use common::Scratch;
 use rand::RngExt;
-use sensel::characterize::{Bench, Characterization, Options, Truth};
+use sensel::characterize::{ChannelTruth, Characterization, MeasurementSize, SensorBench};
 use sensel::config::Resolved;
 use sensel::config::presets::{self, PresetKind};
 use sensel::draw::{DrawKey, EffectNumber, fill_uniforms, normals};
@@ -48,7 +48,7 @@ fn judge(folder: &Path) -> Verdict {
 }
 
 /// Shoots a bench into a folder, judges it, and returns the own analysis of the same frames.
-fn shot_and_judged(resolved: &Resolved, bench: &Bench) -> (Verdict, Characterization, Truth) {
+fn shot_and_judged(resolved: &Resolved, bench: &SensorBench) -> (Verdict, Characterization, ChannelTruth) {
     let scratch = Scratch::new("emva");
     let mut writer = EmvaWriter::create(scratch.path(), bench.set()).unwrap();
     let measurement = bench.run(|shot, codes| writer.frame(shot, codes)).unwrap();
@@ -61,7 +61,7 @@ fn shot_and_judged(resolved: &Resolved, bench: &Bench) -> (Verdict, Characteriza
 /// solution, each unknown weighed by its column, so a faint slope t carries 1.5e-8 of the offset over the root mean square time.
 fn line_tolerance(name: &str, ours: &Characterization) -> f64 {
     let points = &ours.summary.transfer.points;
-    let mean = |of: &dyn Fn(&sensel::characterize::measure::Point) -> f64| {
+    let mean = |of: &dyn Fn(&sensel::characterize::measure::TransferPoint) -> f64| {
         points.iter().map(of).sum::<f64>() / points.len() as f64
     };
     let time_s = mean(&|point| (point.exposure_ns * 1e-9) * (point.exposure_ns * 1e-9)).sqrt();
@@ -96,7 +96,7 @@ fn paper(assignments: &[&str]) -> Resolved {
 #[test]
 fn the_papers_sensor_passes_and_every_figure_equals_the_judges() {
     let resolved = paper(&[]);
-    let bench = Bench::new(&resolved, &Options::default()).unwrap();
+    let bench = SensorBench::new(&resolved, &MeasurementSize::default()).unwrap();
     let (verdict, ours, truth) = shot_and_judged(&resolved, &bench);
     assert!(verdict.passes, "{}", verdict.words);
     // All the judge knows but the row parts, which this sensor does not have.
@@ -116,7 +116,8 @@ fn every_preset_passes() {
         let resolved = Resolved::from_layers("test", &format!("[sensor]\npreset = \"{name}\"\n"), &[]).unwrap();
         // 57 e- a code and 26 e- of dark noise: the third cumulant of so coarse a sensor takes 147 frames to tell from a normal's.
         let stack = if name == "generic_3t" { 160 } else { 48 };
-        let bench = Bench::new(&resolved, &Options { channel, stack, ..Options::default() }).unwrap();
+        let bench =
+            SensorBench::new(&resolved, &MeasurementSize { channel, stack, ..MeasurementSize::default() }).unwrap();
         let (verdict, ours, truth) = shot_and_judged(&resolved, &bench);
         println!("{name} {}: {} figures", bench.set().channel.name(), truth.wants.iter().count());
         assert!(verdict.passes, "{name}: {}", verdict.words);
@@ -149,7 +150,7 @@ fn rarer_effects_pass_in_closed_form_or_are_left_out_by_name() {
         "sensor.pixel.storage_dark_e_per_s=60",
     ];
     let resolved = paper(&strong);
-    let bench = Bench::new(&resolved, &Options::default()).unwrap();
+    let bench = SensorBench::new(&resolved, &MeasurementSize::default()).unwrap();
     let (verdict, _, truth) = shot_and_judged(&resolved, &bench);
     assert!(verdict.passes, "{}", verdict.words);
     let rows = truth.wants.get("x_rho_row").unwrap();
@@ -159,7 +160,7 @@ fn rarer_effects_pass_in_closed_form_or_are_left_out_by_name() {
     assert_eq!(left, ["PRNU1288_row", "x_k3_ratio"]);
 
     let hot = paper(&["sensor.pixel.hot_ppm=200", "sensor.pixel.hot_dark_e_per_s=500"]);
-    let bench = Bench::new(&hot, &Options::default()).unwrap();
+    let bench = SensorBench::new(&hot, &MeasurementSize::default()).unwrap();
     let (verdict, _, truth) = shot_and_judged(&hot, &bench);
     assert!(verdict.passes, "{}", verdict.words);
     assert!(truth.not_expected.get("DSNU1288").unwrap().starts_with("hot_pixels: "));
@@ -257,7 +258,7 @@ fn ten_random_sensors_pass_third_cumulant_included() {
         println!("seed {seed}: {}", assignments.join(" "));
         let words: Vec<&str> = assignments.iter().map(String::as_str).collect();
         let resolved = paper(&words);
-        let bench = Bench::new(&resolved, &Options::default()).unwrap();
+        let bench = SensorBench::new(&resolved, &MeasurementSize::default()).unwrap();
         let (verdict, ours, truth) = shot_and_judged(&resolved, &bench);
         assert!(verdict.passes, "seed {seed}: {}", verdict.words);
         compare(&ours, &verdict.measured);
@@ -302,7 +303,7 @@ fn judged_with(change: impl Fn(&mut Parameters), effects: impl Fn(&Parameters) -
     change(&mut parameters);
     let chosen = effects(&parameters);
     let chain = Chain::new(parameters, chosen, 1, 1);
-    let bench = Bench::with_chain(&resolved, &Options::default(), chain).unwrap();
+    let bench = SensorBench::with_chain(&resolved, &MeasurementSize::default(), chain).unwrap();
     shot_and_judged(&resolved, &bench).0
 }
 

@@ -4,8 +4,8 @@
 
 use std::path::Path;
 
-use sensel::characterize::fit::{Assumed, Fit, fit};
-use sensel::characterize::{Bench, Options};
+use sensel::characterize::fit::{Assumed, SensorFit, fit};
+use sensel::characterize::{MeasurementSize, SensorBench};
 use sensel::config::Resolved;
 use sensel::draw::DrawKey;
 use sensel::files::emva::EmvaWriter;
@@ -18,8 +18,8 @@ use crate::common::{Outcome, Scratch, sensel};
 const SEED: u64 = 20_261_125;
 const SENSORS: u64 = 20;
 /// A region that shows patterns of columns and takes little time.
-const OPTIONS: Options =
-    Options { size: Some(Size { width_px: 128, height_px: 96 }), points: 40, stack: 32, channel: None };
+const OPTIONS: MeasurementSize =
+    MeasurementSize { size: Some(Size { width_px: 128, height_px: 96 }), points: 40, stack: 32, channel: None };
 const GAIN_UV_PER_E: f64 = 50.0;
 
 /// A sensor that a fit can describe: what it has to find, by key.
@@ -81,13 +81,13 @@ fn random(number: u64) -> Sensor {
 fn shoot(folder: &Path, assignments: &[String]) {
     let resolved = Resolved::from_layers("fit.toml", "[sensor]\npreset = \"paper_6t_vga\"\n", assignments)
         .unwrap_or_else(|e| panic!("{assignments:?}: {e}"));
-    let bench = Bench::new(&resolved, &OPTIONS).unwrap_or_else(|e| panic!("{assignments:?}: {e}"));
+    let bench = SensorBench::new(&resolved, &OPTIONS).unwrap_or_else(|e| panic!("{assignments:?}: {e}"));
     let mut writer = EmvaWriter::create(folder, bench.set()).unwrap();
     bench.run(|shot, codes| writer.frame(shot, codes)).unwrap();
     writer.finish(&bench.truth()).unwrap();
 }
 
-fn fitted(folder: &Path) -> Fit {
+fn fitted(folder: &Path) -> SensorFit {
     let found = emva_reader::read(folder).unwrap();
     assert_eq!((found.points, found.stack), (40, 32));
     let assumed = Assumed { conversion_gain_uv_per_e: GAIN_UV_PER_E, temperature_k: 300.0, dark_doubling_k: 8.0 };

@@ -7,13 +7,13 @@ use sensel::draw::DrawKey;
 use sensel::num::{f64_from_usize, u32_truncated};
 use sensel::scene::motion::gait::{GENERATED_KNOT_S, Gait, GaitFigures, RUN, WALK, generated, oscillation, spin};
 use sensel::scene::motion::imu::GRAVITY_M_PER_S2;
-use sensel::scene::motion::path::Path;
+use sensel::scene::motion::path::PathShape;
 use sensel::scene::motion::{BodyState, Spline};
 
 const SECONDS: f64 = 120.0;
 const STEP_S: f64 = 1e-3;
 
-fn spline(figures: GaitFigures, path: Path, seed: u64) -> Spline {
+fn spline(figures: GaitFigures, path: PathShape, seed: u64) -> Spline {
     let gait = Gait::new(figures, path, DrawKey::root(seed));
     generated(|t_s| gait.pose(t_s), GENERATED_KNOT_S, SECONDS)
 }
@@ -50,7 +50,7 @@ struct Measured {
 }
 
 fn measured(figures: GaitFigures, seed: u64) -> Measured {
-    let states = states(&spline(figures, Path::Line, seed));
+    let states = states(&spline(figures, PathShape::Line, seed));
     let signal = |of: &dyn Fn(&BodyState) -> f64| states.iter().map(of).collect::<Vec<f64>>();
     let upwards_g = peaks(&signal(&|state| state.acceleration_m_per_s2.y / GRAVITY_M_PER_S2));
     // On a straight path the body's x axis keeps its direction: the rate about it is the rate of pitch.
@@ -157,9 +157,9 @@ fn steps_without_variability_are_all_alike() {
 fn the_camera_looks_along_its_path_and_stays_inside_it() {
     let mut tried = 0;
     let radius_m = 2.0;
-    let Path::Loop(eight) = Path::eight(radius_m) else { unreachable!() };
+    let PathShape::Loop(eight) = PathShape::eight(radius_m) else { unreachable!() };
     for (path, middle_m) in
-        [(Path::Circle(radius_m), DVec3::new(-radius_m, 0.0, 0.0)), (Path::Loop(eight), eight.middle_m())]
+        [(PathShape::Circle(radius_m), DVec3::new(-radius_m, 0.0, 0.0)), (PathShape::Loop(eight), eight.middle_m())]
     {
         let spline = spline(WALK, path, 3);
         for k in 0..u32_truncated(SECONDS / 0.05) {
@@ -216,8 +216,8 @@ fn a_trembling_rig_moves_by_its_millimetre() {
 
 #[test]
 fn a_generated_motion_is_a_function_of_seed_and_time_alone() {
-    let gait = Gait::new(WALK, Path::eight(1.5), DrawKey::root(9));
-    let other = Gait::new(WALK, Path::eight(1.5), DrawKey::root(10));
+    let gait = Gait::new(WALK, PathShape::eight(1.5), DrawKey::root(9));
+    let other = Gait::new(WALK, PathShape::eight(1.5), DrawKey::root(10));
     let made = |gait: &Gait, end_s: f64| generated(|t_s| gait.pose(t_s), GENERATED_KNOT_S, end_s);
     let (short, long, elsewhere) = (made(&gait, 3.0), made(&gait, 30.0), made(&other, 3.0));
     let mut tried = 0;

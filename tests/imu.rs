@@ -11,7 +11,7 @@ use sensel::scene::motion::gait::{GENERATED_KNOT_S, Gait, RUN, WALK, generated, 
 use sensel::scene::motion::imu::{
     ADIS16448, GRAVITY_IN_WORLD_M_PER_S2, GRAVITY_M_PER_S2, IDEAL, Imu, ImuNoise, ImuSample, MEMS_PHONE, samples, truth,
 };
-use sensel::scene::motion::path::Path;
+use sensel::scene::motion::path::PathShape;
 use sensel::scene::motion::{KNOT_S, Motion, PlacedSpline, Spline, Y_UP_FROM_Z_UP, from_first_sample, so3};
 use sensel::units::Span;
 
@@ -42,7 +42,7 @@ fn room1_for_a_minute() -> Spline {
     Spline::fit(&samples, KNOT_S).unwrap()
 }
 
-fn gait(figures: sensel::scene::motion::gait::GaitFigures, path: Path, end_s: f64) -> Spline {
+fn gait(figures: sensel::scene::motion::gait::GaitFigures, path: PathShape, end_s: f64) -> Spline {
     let gait = Gait::new(figures, path, DrawKey::root(5));
     generated(|t_s| gait.pose(t_s), GENERATED_KNOT_S, end_s)
 }
@@ -80,8 +80,8 @@ fn integrated(spline: &Spline, intervals: u32, parts: u32) -> (DVec3, DVec3, DQu
 fn derivatives_integrated_over_a_minute_return_the_trajectory() {
     let cases = [
         ("motion capture", room1_for_a_minute(), 61.0),
-        ("walk", gait(WALK, Path::eight(2.0), 62.0), 60.0),
-        ("run", gait(RUN, Path::Circle(5.0), 62.0), 60.0),
+        ("walk", gait(WALK, PathShape::eight(2.0), 62.0), 60.0),
+        ("run", gait(RUN, PathShape::Circle(5.0), 62.0), 60.0),
     ];
     let mut tried = 0;
     for (name, spline, length_s) in cases {
@@ -161,8 +161,8 @@ fn the_emitted_stream_drifts_little_and_with_the_square_of_its_step() {
     let cases = [
         ("motion capture", motion(Spline::fit(&room1(), KNOT_S).unwrap(), Y_UP_FROM_Z_UP), Pose::IDENTITY),
         ("motion capture, lever arm", motion(Spline::fit(&room1(), KNOT_S).unwrap(), Y_UP_FROM_Z_UP), LEVER),
-        ("walk", motion(gait(WALK, Path::eight(2.0), 17.0), DQuat::IDENTITY), LEVER),
-        ("run", motion(gait(RUN, Path::Circle(5.0), 17.0), DQuat::IDENTITY), LEVER),
+        ("walk", motion(gait(WALK, PathShape::eight(2.0), 17.0), DQuat::IDENTITY), LEVER),
+        ("run", motion(gait(RUN, PathShape::Circle(5.0), 17.0), DQuat::IDENTITY), LEVER),
     ];
     let mut tried = 0;
     for (name, motion, body_from_imu) in cases {

@@ -10,7 +10,9 @@ use std::sync::LazyLock;
 
 use common::{Scratch, sensel, sensel_alone};
 use sensel::config::Resolved;
-use sensel::ladder::{Bench, Clocks, EffectsKnob, Goal, Options, Rays, Setting, choose, judge, ladder};
+use sensel::ladder::{
+    EffectsKnob, Goal, LadderBench, LadderOptions, RayBudget, Setting, StudyClocks, choose, judge, ladder,
+};
 use sensel::plane::Plane;
 use sensel::report::ladder_record::{LadderRecord, LadderRow};
 use sensel::run::probe::Place;
@@ -42,12 +44,12 @@ fn setup(more: &[&str]) -> Setup {
     ROOM.again(Resolved::from_layers("test", WALK, &more).unwrap()).unwrap()
 }
 
-fn bench(more: &[&str]) -> Bench<'static> {
-    let clocks = Clocks { wall: &NoClock, work: &NoClock };
-    Bench { setup: setup(more), clocks, progress: &NoProgress, assets: &NoFiles }
+fn bench(more: &[&str]) -> LadderBench<'static> {
+    let clocks = StudyClocks { wall: &NoClock, work: &NoClock };
+    LadderBench { setup: setup(more), clocks, progress: &NoProgress, assets: &NoFiles }
 }
 
-const OPTIONS: Options = Options { frames: 2, pose_frames: 6, finest: 0.4, repeats: 1 };
+const OPTIONS: LadderOptions = LadderOptions { frames: 2, pose_frames: 6, finest: 0.4, repeats: 1 };
 
 fn rows<'a>(record: &'a LadderRecord, knob: &str) -> Vec<&'a LadderRow> {
     record.rows.iter().filter(|row| row.knob == knob).collect()
@@ -106,8 +108,8 @@ impl sensel::run::Assets for WithVerilog {
 #[cfg(feature = "outside")]
 #[test]
 fn the_verilog_has_its_row_and_checks_the_rung_below() {
-    let bench = Bench { assets: &WithVerilog, ..bench(&[]) };
-    let record = ladder(&bench, Options { frames: 1, pose_frames: 0, finest: 2.0, ..OPTIONS }, "box", 1).unwrap();
+    let bench = LadderBench { assets: &WithVerilog, ..bench(&[]) };
+    let record = ladder(&bench, LadderOptions { frames: 1, pose_frames: 0, finest: 2.0, ..OPTIONS }, "box", 1).unwrap();
     let row = rows(&record, "rung").into_iter().find(|row| row.value == "rtl").unwrap();
     let note = row.note.as_ref().unwrap();
     assert!(note.contains("96 of 96 rows") && note.contains("all codes equal"), "{note}");
@@ -166,7 +168,7 @@ fn the_error_of_a_setting_is_what_its_own_renders_differ_by() {
     for seed in 0..5 {
         let bench = bench(&["run.effects=all", &format!("run.render_seed={seed}")]);
         let own = Setting::of(&bench.setup.resolved.scenario);
-        let settings = counts.map(|samples| Setting { rays: Rays::Fixed(samples), ..own.clone() });
+        let settings = counts.map(|samples| Setting { rays: RayBudget::Fixed(samples), ..own.clone() });
         let verdicts = judge(&bench, &settings, &[3, 8], 0.3, 1).unwrap();
         let own_ratios = own_ratios(&bench.setup, &settings, &[3, 8]);
         for number in 0..3 {
@@ -201,7 +203,7 @@ fn the_chosen_setting_keeps_its_word_on_frames_that_the_pilot_did_not_see() {
 fn effects_left_out_count_in_the_error_and_none_left_out_count_nothing() {
     let bench = bench(&[]);
     let own = Setting::of(&bench.setup.resolved.scenario);
-    let rays = Rays::Tolerance { tolerance: 0.05, most: 1024 };
+    let rays = RayBudget::Tolerance { tolerance: 0.05, most: 1024 };
     let planned = |tolerance| EffectsKnob::Planned { words: "auto".to_owned(), tolerance };
     let none = EffectsKnob::Planned { words: "none".to_owned(), tolerance: 0.0 };
     let settings = [EffectsKnob::All, planned(0.3), none].map(|effects| Setting { effects, rays, ..own.clone() });

@@ -407,7 +407,7 @@ fn hard_cases_stay_finite() {
                 let samples = chain.row_samples(&[photons; 64], at(0, 0), RowIndex(1), times);
                 assert!(samples.signal_uv.iter().all(|uv| uv.is_finite()), "{photons} photons, {times:?}, {more:?}");
                 let light = effects::regions::LightBounds { photons_min: 0.0, photons_max: photons.into() };
-                let choice = effects::plan::Choice::parse("auto", &[]).unwrap();
+                let choice = effects::plan::EffectChoice::parse("auto", &[]).unwrap();
                 let regions =
                     effects::regions::regions(&parameters, light, exposure_s, storage_s, sensel::pixel::ANY_DIE);
                 let plan = effects::plan::plan(effects::build_all(&parameters), &regions, 0.1, &choice);

@@ -14,7 +14,7 @@ use sensel::adc::Cds;
 use sensel::config::Resolved;
 use sensel::effect::{Effect, Omission};
 use sensel::effects::chain::{Capture, Chain, RowSamples, RowTimes};
-use sensel::effects::plan::{Choice, Plan, Region, bound, plan};
+use sensel::effects::plan::{EffectChoice, Plan, Region, bound, plan};
 use sensel::effects::regions::{LightBounds, regions};
 use sensel::effects::{self, Parameters};
 use sensel::num::f64_from_usize;
@@ -129,7 +129,7 @@ impl Case {
     }
 
     fn plan(&self) -> Plan {
-        let choice = Choice::parse("auto", &[]).unwrap();
+        let choice = EffectChoice::parse("auto", &[]).unwrap();
         plan(effects::build_all(&self.parameters), &self.regions(), self.accuracy, &choice)
     }
 
@@ -372,7 +372,7 @@ fn every_effect_is_hit_where_it_is_called_for_and_not_where_it_is_not() {
 #[test]
 fn an_accuracy_of_zero_leaves_out_nothing_that_could_matter() {
     for case in (0..CONFIGS).map(case) {
-        let choice = Choice::parse("auto", &[]).unwrap();
+        let choice = EffectChoice::parse("auto", &[]).unwrap();
         let plan = plan(effects::build_all(&case.parameters), &case.regions(), 0.0, &choice);
         for effect in &plan.omitted {
             assert!(effect.bias_e == 0.0 && effect.sigma_e == 0.0, "{effect:?}; {}", case.words);

@@ -142,7 +142,7 @@ impl Figures {
         let step_e = adc.lsb_uv() / gain;
         let samples = adc.cds.samples();
         // A conversion adds a twelfth of a squared step: two of them where both samples are converted.
-        let conversions = if samples == sensel::pixel::Samples::Both { 2.0 } else { 1.0 };
+        let conversions = if samples == sensel::pixel::SampledLevels::Both { 2.0 } else { 1.0 };
         let ktc_uv2 = sensel::pixel::ktc_sigmas(pixel, samples).variance_uv2();
         let analog_e2 = (ktc_uv2 + pixel.read_noise_uv * pixel.read_noise_uv) / (gain * gain);
         let dark_charge_e = pixel.dark_current_now_e_per_s() * setup.schedule.exposure_s();

@@ -11,7 +11,7 @@ use sensel::plane::Plane;
 use sensel::pose::Pose;
 use sensel::scene::mesh::{Material, Mesh};
 use sensel::scene::texture::{Texture, Wrap};
-use sensel::scene::{Illuminant, LitScene, Scene, box_room, target};
+use sensel::scene::{BakeSettings, Illuminant, LitScene, Scene, box_room, target};
 use sensel::units::{Size, Span};
 
 const SIZE: Size = Size { width_px: 48, height_px: 24 };
@@ -312,27 +312,36 @@ fn rays_to_a_target_keep_the_mean() {
 #[test]
 fn the_bits_do_not_depend_on_threads_or_on_the_instruction_set() {
     use sensel::simd::{Level, limit};
-    let mut scene = box_room::box_room(1);
-    for material in &mut scene.mesh.materials {
+    let _held = crate::common::LEVEL.lock().unwrap();
+    let mut glossy = box_room::box_room(1);
+    for material in &mut glossy.mesh.materials {
         material.roughness = 0.3;
     }
-    let scene = scene.evenly_lit(300.0, Illuminant::D65);
-    let see = || {
-        let sampling = adaptive(128, 0.02, DrawKey::root(8));
-        render(&scene, &camera(), &shutter(0.0, 1e-4, 0.02), &turning, sampling)
-    };
-    let first = see();
-    for level in [Level::Baseline, Level::Avx2, Level::Avx512] {
-        limit(level);
-        let other = see();
-        assert_eq!(other.photons, first.photons, "{level:?}");
-        assert_eq!(other.rays, first.rays);
-        assert_eq!(other.render_variance_ratio.to_bits(), first.render_variance_ratio.to_bits());
-    }
-    #[cfg(feature = "parallel")]
-    {
-        let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        assert_eq!(one.install(see).photons, first.photons);
+    let glossy = glossy.evenly_lit(300.0, Illuminant::D65);
+    let baked = box_room::box_room(1);
+    let at_m = DVec3::new(0.0, 1.5, 0.0);
+    let baked = baked.baked_and_lit(&BakeSettings::DRAFT, at_m, 300.0, Illuminant::D65).unwrap();
+    let key = DrawKey::root(8);
+    for (scene, sampling) in [
+        (&glossy, adaptive(128, 0.02, key)),
+        (&baked, Sampling::fixed(3, key)),
+        (&baked, Sampling::fixed(32, key)),
+        (&baked, Sampling { samples_max: 64, tolerance: 0.2, ..Sampling::fixed(3, key) }),
+    ] {
+        let see = || render(scene, &camera(), &shutter(0.0, 1e-4, 0.02), &turning, sampling);
+        let first = see();
+        for level in [Level::Baseline, Level::Avx2, Level::Avx512] {
+            limit(level);
+            let other = see();
+            assert_eq!(other.photons, first.photons, "{level:?}");
+            assert_eq!(other.rays, first.rays);
+            assert_eq!(other.render_variance_ratio.to_bits(), first.render_variance_ratio.to_bits());
+        }
+        #[cfg(feature = "parallel")]
+        {
+            let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+            assert_eq!(one.install(see).photons, first.photons);
+        }
     }
 }
 

@@ -14,7 +14,8 @@ use sensel::adc::AdcParams;
 use sensel::config::{Resolved, presets};
 use sensel::num::{u32_truncated, u64_half_even};
 use sensel::readout::{
-    BinningMode, Exposure, FrameLength, Hdr, LongExposure, Pulses, ReadoutParams, Schedule, Shutter, Trigger, Window,
+    BinningMode, ExposureSetting, FrameLength, Hdr, LongExposure, Pulses, ReadoutParams, Schedule, Shutter, Trigger,
+    Window,
 };
 use sensel::units::{FrameIndex, RowIndex, Size};
 use serde_json::Value;
@@ -107,9 +108,9 @@ fn random_params(cases: &mut Chance) -> ReadoutParams {
     let hts = cases.within(20, 1500);
     let lines = if cases.within(0, 4) == 0 { cases.within(0, 2) } else { cases.within(0, 300) };
     let exposure = if cases.within(0, 1) == 0 {
-        Exposure::Lines(lines)
+        ExposureSetting::Lines(lines)
     } else {
-        Exposure::Us(f64::from(lines) * f64::from(hts) / 48.0 + 0.1)
+        ExposureSetting::Us(f64::from(lines) * f64::from(hts) / 48.0 + 0.1)
     };
     let plain = ReadoutParams::plain(Shutter::Rolling, hts, cases.within(1, 400), 48_000_000, exposure);
     let hdr = if cases.within(0, 2) == 0 {
@@ -172,7 +173,7 @@ fn remedy(message: &str, params: &ReadoutParams) -> (&'static str, ReadoutParams
         return ("trigger", with(period_ns), with(period_ns - 1));
     }
     if message.contains("shorter than") {
-        let with = |lines| ReadoutParams { exposure: Exposure::Lines(lines), ..params.clone() };
+        let with = |lines| ReadoutParams { exposure: ExposureSetting::Lines(lines), ..params.clone() };
         return ("shortest", with(params.exposure_lines_min), with(params.exposure_lines_min - 1));
     }
     let vts = u32_truncated(named(message, "vts = ").unwrap_or_else(|| panic!("an error without a remedy: {message}")));

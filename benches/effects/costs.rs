@@ -3,7 +3,7 @@
 use sensel::config::Resolved;
 use sensel::effects::chain::{Capture, Chain, RowTimes};
 use sensel::effects::{self, Parameters, costs};
-use sensel::pixel::Samples;
+use sensel::pixel::SampledLevels;
 use sensel::plane::Plane;
 use sensel::units::{CameraIndex, FrameIndex, Size};
 
@@ -98,7 +98,7 @@ pub fn print() {
         // On top of shot noise, so that charge is as uneven as charge is; and shot noise on top of nothing. Where the reset is converted
         // too, on top of another noise of the samples besides: resets that are all equal stand on an edge, which the quick path
         // of the converter leaves to the slow one, and the first noise would be paid for by what that saves.
-        let is_both = parameters.adc.cds.samples() == Samples::Both;
+        let is_both = parameters.adc.cds.samples() == SampledLevels::Both;
         let beside = |own: &str| match (is_both, own) {
             (false, _) => "shot_noise",
             (true, "read_noise") => "ktc_noise",

@@ -12,7 +12,9 @@ use sensel::config::Resolved;
 use sensel::error::Error;
 use sensel::files::cache::Cache;
 use sensel::files::input::InputFolders;
-use sensel::ladder::{Bench, Clocks, EffectsKnob, Goal, HeldOut, PILOT_FRAMES, Rays, Setting, Verdict, choose};
+use sensel::ladder::{
+    EffectsKnob, Goal, HeldOut, LadderBench, PILOT_FRAMES, RayBudget, Setting, SettingVerdict, StudyClocks, choose,
+};
 use sensel::run::{Assets, NoFiles, NoProgress, Setup, Stopwatch};
 use sensel::scene::images::PictureBytes;
 use sensel::scene::lit::BOUNCES_MAX;
@@ -96,12 +98,12 @@ fn render_grid(own: &Setting, keeps_images: bool) -> Vec<Vec<Setting>> {
     numbers.dedup();
     for reflections in numbers {
         let of = |rays| Setting { rays, reflections, ..own.clone() };
-        all.push([1, 2, 4, 8, 16].map(|samples| of(Rays::Fixed(samples))).into());
+        all.push([1, 2, 4, 8, 16].map(|samples| of(RayBudget::Fixed(samples))).into());
         for most in [256, 1024, 65_536] {
             let tolerances = [8.0, 4.0, 2.8, 2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12];
             let finer = [0.09, 0.06, 0.045, 0.03, 0.02, 0.014, 0.01];
             let tolerances = tolerances.into_iter().chain(finer.into_iter().filter(|_| most == 65_536));
-            all.push(tolerances.map(|tolerance| of(Rays::Tolerance { tolerance, most })).collect());
+            all.push(tolerances.map(|tolerance| of(RayBudget::Tolerance { tolerance, most })).collect());
         }
     }
     all
@@ -120,7 +122,7 @@ fn explore(
     held_out: &HeldOut<'_>,
     families: &[Vec<Setting>],
     least_chain: f64,
-) -> Result<Vec<(Setting, Verdict)>, Error> {
+) -> Result<Vec<(Setting, SettingVerdict)>, Error> {
     let [finest, loosest] = ACCURACIES;
     let mut all = Vec::new();
     for family in families {
@@ -140,9 +142,9 @@ fn explore(
 }
 
 /// Whether a render is nearly the fastest that meets some goal with some chain, by what one look at it says.
-fn is_near(one: &Verdict, all: &[(Setting, Verdict)], chains: &[Verdict]) -> bool {
+fn is_near(one: &SettingVerdict, all: &[(Setting, SettingVerdict)], chains: &[SettingVerdict]) -> bool {
     ACCURACIES.into_iter().any(|accuracy| {
-        let time = |render: &Verdict| {
+        let time = |render: &SettingVerdict| {
             let both = chains.iter().map(|chain| render.and(*chain)).filter(|both| both.photon_noise_ratio <= accuracy);
             both.map(|both| both.cost.work_ms).fold(f64::INFINITY, f64::min)
         };
@@ -153,8 +155,8 @@ fn is_near(one: &Verdict, all: &[(Setting, Verdict)], chains: &[Verdict]) -> boo
 
 fn search(scene: &str, set: &[String]) -> Result<(), Error> {
     let wall = Wall(Instant::now());
-    let clocks = Clocks { wall: &wall, work: &Work };
-    let bench = Bench { setup: setup(scene, set)?, clocks, progress: &NoProgress, assets: &NoFiles };
+    let clocks = StudyClocks { wall: &wall, work: &Work };
+    let bench = LadderBench { setup: setup(scene, set)?, clocks, progress: &NoProgress, assets: &NoFiles };
     let own = Setting::of(&bench.setup.resolved.scenario);
     let frames = HELD_OUT.map(|part| part * bench.setup.frames / 32);
     assert!(
@@ -183,7 +185,7 @@ fn search(scene: &str, set: &[String]) -> Result<(), Error> {
     // What was chosen is timed within the same turns as what is nearly the best of the grid.
     let renders: Vec<Setting> = chosen.iter().cloned().chain(near).collect();
     let verdicts = held_out.renders(&renders, REPEATS)?;
-    let all: Vec<(Setting, Verdict)> = (ACCURACIES.len()..renders.len())
+    let all: Vec<(Setting, SettingVerdict)> = (ACCURACIES.len()..renders.len())
         .flat_map(|render| (ACCURACIES.len()..chains.len()).map(move |chain| (render, chain)))
         .map(|(render, chain)| {
             let setting = Setting { effects: chains[chain].effects.clone(), ..renders[render].clone() };
@@ -198,7 +200,7 @@ fn search(scene: &str, set: &[String]) -> Result<(), Error> {
     Ok(())
 }
 
-fn print_row(scene: &str, accuracy: f64, chosen: &Setting, found: Verdict, all: &[(Setting, Verdict)]) {
+fn print_row(scene: &str, accuracy: f64, chosen: &Setting, found: SettingVerdict, all: &[(Setting, SettingVerdict)]) {
     let met = all.iter().filter(|(_, verdict)| verdict.photon_noise_ratio <= accuracy);
     let best = met.min_by(|a, b| a.1.cost.work_ms.total_cmp(&b.1.cost.work_ms));
     let (words, error, cost_ms) = best.map_or(("none".to_owned(), f64::NAN, f64::NAN), |(setting, verdict)| {

@@ -1,6 +1,6 @@
 //! What is compared: our extractor at several word lengths, and the same method in floating point.
 
-use sensel::compute::{Extractor, ExtractorParams, Feature, Pattern, Rank};
+use sensel::compute::{Extractor, ExtractorParams, Feature, PairPattern, Rank};
 
 use super::reference;
 use super::score::Features;
@@ -37,7 +37,7 @@ pub const SETTINGS: &[Setting] = fixed! {
     "300 corners", target_features = 108;
     "threshold 20", target_features = 0;
     "threshold 40", threshold = 40, target_features = 0;
-    "symmetric pattern", pattern = Pattern::Symmetric;
+    "symmetric pattern", pattern = PairPattern::Symmetric;
     "10-bit words", pipeline_bits = 10, threshold = 80;
     "12-bit words", pipeline_bits = 12, threshold = 320;
     "192-bit descriptor", descriptor_bits = 192;
@@ -47,7 +47,7 @@ pub const SETTINGS: &[Setting] = fixed! {
     "5-bit angle", angle_bits = 5;
     "4-bit angle", angle_bits = 4;
     "3-bit angle", angle_bits = 3;
-    "symmetric, 128-bit descriptor", pattern = Pattern::Symmetric, descriptor_bits = 128;
+    "symmetric, 128-bit descriptor", pattern = PairPattern::Symmetric, descriptor_bits = 128;
     "Harris rank", rank = Rank::Harris;
     "whole-pixel places", subpixel = false;
     "1 corner a cell", per_cell = 1;

@@ -1,7 +1,9 @@
 //! Clocked feature extractor, twin of `verilog/extractor_core.sv`: `fx_front` and `fx_back`. Converts pixels of successive pictures (DN)
 //! to feature records.
 
-use crate::fx_back::{Corner, FxBack, FxBackConfig, FxBackIn, FxBackMemory, FxBackOut, FxBackToggles, FxSettings, Row};
+use crate::fx_back::{
+    FxBack, FxBackConfig, FxBackIn, FxBackMemory, FxBackOut, FxBackToggles, FxSettings, ListedCorner, Row,
+};
 use crate::fx_config::FxFrontConfig;
 use crate::fx_front::{FrontToggles, FxFront, FxFrontIn, FxFrontMemory, FxFrontOut, Request};
 
@@ -57,7 +59,7 @@ pub fn back_pins(front: &FxFrontOut, rst: bool, settings: FxSettings, out_ready:
         octave: index(front.octave),
         row: front.row,
         smoothed: front.sm_valid.then(|| (short(front.sm_x), short(front.sm_y), front.sm_pixel)),
-        corner: front.corner_valid.then(|| Corner {
+        corner: front.corner_valid.then(|| ListedCorner {
             x_px: short(front.corner_x),
             y_px: short(front.corner_y),
             score: front.corner_score,

@@ -7,7 +7,7 @@
 
 use crate::extractor_core::front_config;
 use crate::fx_back::{
-    Corner, FxBack, FxBackConfig, FxBackIn, FxBackMemory, FxBackToggles, FxCounts, FxSettings, Record, Row,
+    FxBack, FxBackConfig, FxBackIn, FxBackMemory, FxBackToggles, FxCounts, FxSettings, ListedCorner, Record, Row,
 };
 use crate::fx_config::FRONT_LATENCY;
 use crate::fx_front::DRAIN;
@@ -145,7 +145,7 @@ impl<T: Word, S: ExtractorHost> FrontSink<T> for Sink<'_, '_, S> {
         for found in &self.corners[..self.used] {
             let short = |place: u32| u16::try_from(place).expect("places have 12 bits");
             let RowCorner { x, y, score, resp, rank } = *found;
-            self.time.back.put(octave, Corner { x_px: short(x), y_px: short(y), score, rank, resp });
+            self.time.back.put(octave, ListedCorner { x_px: short(x), y_px: short(y), score, rank, resp });
         }
         self.used = 0;
         let ending = Ending { row, frame_end: done.frame_end };

@@ -3,10 +3,10 @@
 //!
 //! Places are pixels of an octave, codes DN of the pipeline. The clock rules (docs/rtl.md) follow from the constants here.
 
-pub use crate::fx_cells::{CellList, Corner};
+pub use crate::fx_cells::{CellList, ListedCorner};
 pub use crate::fx_dumps::Row;
 pub use crate::fx_engine::{Engine, Record};
-pub use crate::fx_fifo::{Candidate, Policy};
+pub use crate::fx_fifo::{Policy, QueuedCorner};
 pub use crate::fx_pattern::points;
 
 use crate::fx_cells::FxCells;
@@ -34,7 +34,7 @@ const HALF_PX: PlacePx = PlacePx::lit("0.5");
 /// A corner that is loaded: its engine, and clocks since the one after its start.
 #[derive(Clone, Copy, Debug)]
 struct Load {
-    candidate: Candidate,
+    candidate: QueuedCorner,
     engine: usize,
     clock: u32,
     columns: usize,
@@ -63,7 +63,7 @@ pub struct FxBack<'a> {
 /// What registers and pins decide before the edge.
 struct Decisions {
     take: bool,
-    push: Option<Candidate>,
+    push: Option<QueuedCorner>,
     pop: bool,
     start: bool,
     late: bool,
@@ -181,7 +181,7 @@ impl<'a> FxBack<'a> {
         let take = self.fifo.room(policy, start || late);
         let push = self.cells.entry().filter(|_| take).map(|corner| {
             let walked = self.dumps.walked();
-            Candidate {
+            QueuedCorner {
                 corner: *corner,
                 octave: u8::try_from(walked.octave).expect("below four"),
                 frame: walked.frame,
@@ -222,7 +222,7 @@ impl<'a> FxBack<'a> {
     }
 
     /// Lists, ring and row numbers.
-    fn step_rows(&mut self, pins: &FxBackIn, decided: &Decisions, put: Option<Corner>) {
+    fn step_rows(&mut self, pins: &FxBackIn, decided: &Decisions, put: Option<ListedCorner>) {
         let walk = self.dumps.load(self.cells.active());
         let stall = pins.settings.policy == Policy::Stall;
         let write = pins.smoothed.map(|(x_px, y_px, pixel)| {
@@ -249,7 +249,7 @@ impl<'a> FxBack<'a> {
         EngineConfig { desc_bits: self.config.desc_bits, symmetric: self.config.symmetric }
     }
 
-    fn has_patch(&self, octave: usize, corner: &Corner) -> bool {
+    fn has_patch(&self, octave: usize, corner: &ListedCorner) -> bool {
         let inside = |place: u16, side: u32| {
             u32::from(place) >= PATCH_MARGIN_PX && u32::from(place) + PATCH_MARGIN_PX < side >> octave
         };
@@ -280,7 +280,7 @@ impl<'a> FxBack<'a> {
     /// Engines, with the columns, the angle and the place of the corner that is loaded.
     fn step_engines(&mut self, pins: &FxBackIn, decided: &Decisions) {
         let record = self.orient.angle().zip(self.load).map(|(angle, load)| {
-            let Candidate { corner, octave, frame, .. } = load.candidate;
+            let QueuedCorner { corner, octave, frame, .. } = load.candidate;
             let (dx, dy) = if self.config.subpixel { self.fit.offset() } else { (ShiftPx::ZERO, ShiftPx::ZERO) };
             let place = |px: u16, shift: ShiftPx| {
                 let from_edge = PlacePx::wrapping_from_num(px).wrapping_add(HALF_PX).wrapping_add_signed(shift);

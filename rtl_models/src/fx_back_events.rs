@@ -1,6 +1,6 @@
 //! Event-driven form of the back half: takes a row's pixels and corners at once and skips clocks in which only descriptors change.
 
-use super::{Corner, FxBack, Policy};
+use super::{FxBack, ListedCorner, Policy};
 
 impl FxBack<'_> {
     /// Whether the back half is idle: no list is read or waits, no corner waits, no engine runs.
@@ -39,7 +39,7 @@ impl FxBack<'_> {
     }
 
     /// A corner of that row: until it ends, no list of its cell row is walked.
-    pub(crate) fn put(&mut self, octave: usize, corner: Corner) {
+    pub(crate) fn put(&mut self, octave: usize, corner: ListedCorner) {
         let taken = self.has_patch(octave, &corner);
         let lost = taken && self.cells.insert(octave, corner);
         let counts = &mut self.counts;

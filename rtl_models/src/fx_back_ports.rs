@@ -1,10 +1,10 @@
 //! What the back of the extractor is built as, borrows, takes in and gives out; constants of its clock rules. Places are pixels
 //! of an octave.
 
-use crate::fx_cells::{CellList, Corner};
+use crate::fx_cells::{CellList, ListedCorner};
 use crate::fx_dumps::Row;
 use crate::fx_engine::{Engine, Record};
-use crate::fx_fifo::{Candidate, Policy};
+use crate::fx_fifo::{Policy, QueuedCorner};
 
 /// Shortest time between two starts: the ring is read and the orientation found for one corner at a time.
 pub const START_GAP_CLK: u32 = 40;
@@ -26,7 +26,7 @@ pub struct FxBackMemory<'a> {
     /// `FxBackConfig::ring_pixels` of them.
     pub ring: &'a mut [u16],
     /// `fifo_depth` of them.
-    pub queue: &'a mut [Candidate],
+    pub queue: &'a mut [QueuedCorner],
     /// `engines` of them.
     pub engines: &'a mut [Engine],
 }
@@ -62,7 +62,7 @@ pub struct FxBackIn {
     /// A smoothed pixel: column, row, value.
     pub smoothed: Option<(u16, u16, u16)>,
     /// A corner.
-    pub corner: Option<Corner>,
+    pub corner: Option<ListedCorner>,
     /// The row's last outputs stand.
     pub row_end: bool,
     /// That row is virtual.

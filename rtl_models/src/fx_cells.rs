@@ -8,7 +8,7 @@ pub const PER_CELL_MAX: usize = 4;
 
 /// A corner as the lists hold it; places in pixels of its octave.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Corner {
+pub struct ListedCorner {
     /// Column.
     pub x_px: u16,
     /// Row.
@@ -25,12 +25,12 @@ pub struct Corner {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CellList {
     used: u8,
-    corners: [Corner; PER_CELL_MAX],
+    corners: [ListedCorner; PER_CELL_MAX],
 }
 
 impl CellList {
     /// Puts a corner behind all of equal or higher rank; of a list of `places` the last falls out. Returns whether one did.
-    fn insert(&mut self, corner: Corner, places: usize) -> bool {
+    fn insert(&mut self, corner: ListedCorner, places: usize) -> bool {
         let used = usize::from(self.used);
         let at = self.corners[..used].partition_point(|held| held.rank >= corner.rank);
         if at < places {
@@ -45,7 +45,7 @@ impl CellList {
 
 /// A bank that is to be walked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Walk {
+pub struct BankWalk {
     /// Octave of the bank.
     pub octave: usize,
     /// Parity of the cell row.
@@ -62,9 +62,9 @@ pub struct FxCells<'a> {
     cell_log2: u32,
     /// First list of each octave's bank 0, and the number of cells in a bank.
     octaves: [(usize, usize); 4],
-    held: Option<(usize, Corner)>,
+    held: Option<(usize, ListedCorner)>,
     active: bool,
-    walk: Walk,
+    walk: BankWalk,
     column: usize,
     index: usize,
 }
@@ -88,7 +88,7 @@ impl<'a> FxCells<'a> {
             octaves,
             held: None,
             active: false,
-            walk: Walk::default(),
+            walk: BankWalk::default(),
             column: 0,
             index: 0,
         };
@@ -100,7 +100,7 @@ impl<'a> FxCells<'a> {
     pub fn reset(&mut self) {
         self.lists.iter_mut().for_each(|list| list.used = 0);
         (self.held, self.active, self.column, self.index) = (None, false, 0, 0);
-        self.walk = Walk::default();
+        self.walk = BankWalk::default();
     }
 
     fn list(&self, octave: usize, bank: usize, column: usize) -> usize {
@@ -114,7 +114,7 @@ impl<'a> FxCells<'a> {
     }
 
     /// The corner that the walker offers.
-    pub fn entry(&self) -> Option<&Corner> {
+    pub fn entry(&self) -> Option<&ListedCorner> {
         if !self.active || self.walk.columns == 0 {
             return None;
         }
@@ -143,12 +143,12 @@ impl<'a> FxCells<'a> {
     }
 
     /// Puts a corner into its list, as two clocks do; whether one falls off it. Nothing walks that bank.
-    pub(crate) fn insert(&mut self, octave: usize, corner: Corner) -> bool {
+    pub(crate) fn insert(&mut self, octave: usize, corner: ListedCorner) -> bool {
         let list = self.list_of(octave, &corner);
         self.lists[list].insert(corner, self.places)
     }
 
-    fn list_of(&self, octave: usize, corner: &Corner) -> usize {
+    fn list_of(&self, octave: usize, corner: &ListedCorner) -> usize {
         let bank = usize::from(corner.y_px >> self.cell_log2 & 1);
         self.list(octave, bank, usize::from(corner.x_px >> self.cell_log2))
     }
@@ -159,7 +159,7 @@ impl<'a> FxCells<'a> {
     }
 
     /// One rising edge: a corner of an octave may enter, a walk may begin, and the queue takes an entry or not.
-    pub fn tick(&mut self, put: Option<(usize, Corner)>, load: Option<Walk>, take: bool) {
+    pub fn tick(&mut self, put: Option<(usize, ListedCorner)>, load: Option<BankWalk>, take: bool) {
         let (steps, last, offered) = (self.steps(take), self.last(take), self.entry().is_some());
         if let Some((list, corner)) = self.held.take() {
             self.lists[list].insert(corner, self.places);

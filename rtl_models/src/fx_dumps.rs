@@ -1,7 +1,7 @@
 //! Row counters and the queue of lists to read out, twin of `verilog/fx_dumps.sv`. Decides from row ends and loads which list is read
 //! next and whether a row may start.
 
-use crate::fx_cells::Walk;
+use crate::fx_cells::BankWalk;
 use crate::fx_config::FxBackConfig;
 
 /// Row numbers wrap here; differences are taken as signed.
@@ -138,11 +138,11 @@ impl FxDumps {
     }
 
     /// The walk that begins in this clock, the walker being idle or not.
-    pub fn load(&self, walking: bool) -> Option<Walk> {
+    pub fn load(&self, walking: bool) -> Option<BankWalk> {
         let job = self.queue[..self.queued].first().filter(|_| !walking)?;
         let columns = (self.width >> job.octave).div_ceil(1 << self.cell_log2);
         let columns = if job.walks { columns } else { 0 };
-        Some(Walk { octave: job.octave, bank: usize::from(job.cell_row & 1), columns })
+        Some(BankWalk { octave: job.octave, bank: usize::from(job.cell_row & 1), columns })
     }
 
     pub fn walked(&self) -> Walked {

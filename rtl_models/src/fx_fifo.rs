@@ -1,6 +1,6 @@
 //! Queue of selected corners before the engines, twin of `verilog/fx_fifo.sv`. Reports what the overflow policy dropped.
 
-use crate::fx_cells::Corner;
+use crate::fx_cells::ListedCorner;
 
 /// What happens to a push that finds the queue full.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,9 +27,9 @@ impl Policy {
 
 /// A corner queued for an engine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Candidate {
+pub struct QueuedCorner {
     /// The corner.
-    pub corner: Corner,
+    pub corner: ListedCorner,
     /// Its octave.
     pub octave: u8,
     /// Parity of its octave's frame.
@@ -41,13 +41,13 @@ pub struct Candidate {
 /// The queue; its places are borrowed.
 #[derive(Debug)]
 pub struct FxFifo<'a> {
-    places: &'a mut [Candidate],
+    places: &'a mut [QueuedCorner],
     used: usize,
 }
 
 impl<'a> FxFifo<'a> {
     /// An empty queue.
-    pub fn new(places: &'a mut [Candidate]) -> Self {
+    pub fn new(places: &'a mut [QueuedCorner]) -> Self {
         assert!((1..=64).contains(&places.len()), "a queue has 1 to 64 places");
         Self { places, used: 0 }
     }
@@ -58,7 +58,7 @@ impl<'a> FxFifo<'a> {
     }
 
     /// The oldest.
-    pub fn head(&self) -> Option<&Candidate> {
+    pub fn head(&self) -> Option<&QueuedCorner> {
         self.places[..self.used].first()
     }
 
@@ -82,7 +82,7 @@ impl<'a> FxFifo<'a> {
     }
 
     /// One rising edge; the pop comes before the push.
-    pub fn tick(&mut self, policy: Policy, push: Option<Candidate>, pop: bool) {
+    pub fn tick(&mut self, policy: Policy, push: Option<QueuedCorner>, pop: bool) {
         if pop && self.used > 0 {
             self.places.copy_within(1..self.used, 0);
             self.used -= 1;

@@ -9,7 +9,7 @@ use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::f32_nearest;
-use crate::pixel::{Pattern, Samples, add_scaled};
+use crate::pixel::{Pattern, SampledLevels, add_scaled};
 
 /// Mismatch of the columns' offsets, as far as sampling leaves it.
 pub struct ColumnOffset {
@@ -26,9 +26,9 @@ impl ColumnOffset {
     /// `None` where no offset is left.
     pub fn from_params(params: &AdcParams) -> Option<Box<dyn Effect>> {
         let (both_uv, signal_uv) = match params.cds.samples() {
-            Samples::Signal => (0.0, params.column_offset_uv),
-            Samples::Difference => (0.0, params.column_offset_residual_uv),
-            Samples::Both => (params.column_offset_uv, params.column_offset_residual_uv),
+            SampledLevels::Signal => (0.0, params.column_offset_uv),
+            SampledLevels::Difference => (0.0, params.column_offset_residual_uv),
+            SampledLevels::Both => (params.column_offset_uv, params.column_offset_residual_uv),
         };
         let effect = Self { both_uv, signal_uv, common: Pattern::default(), residual: Pattern::default() };
         (both_uv > 0.0 || signal_uv > 0.0).then(|| Box::new(effect) as Box<dyn Effect>)

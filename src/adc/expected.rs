@@ -23,7 +23,7 @@ pub struct NoisyLevel {
 
 /// Mean and variance of a code, or of what it is made from.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Moments {
+pub struct CodeMoments {
     /// Mean.
     pub mean: f64,
     /// Variance.
@@ -44,7 +44,7 @@ impl Converter {
     }
 
     /// Moments of a column's code. Panics where `has_moments` is false.
-    pub fn code_moments(&self, signal: NoisyLevel, reset: NoisyLevel) -> Moments {
+    pub fn code_moments(&self, signal: NoisyLevel, reset: NoisyLevel) -> CodeMoments {
         assert!(self.has_moments(), "only ramps of equal steps have moments in closed form");
         let up = self.count_moments(Sample::Signal, signal);
         if self.params.cds != Cds::Digital {
@@ -52,7 +52,7 @@ impl Converter {
         }
         let down = self.count_moments(Sample::Reset, reset);
         let (black_dn, most_dn) = (f64::from(self.params.black_level_dn), f64::from(self.params.code_max()));
-        let whole = Moments { mean: black_dn - down.mean + up.mean, variance: up.variance + down.variance };
+        let whole = CodeMoments { mean: black_dn - down.mean + up.mean, variance: up.variance + down.variance };
         if clipped(whole, 0.0, most_dn) == whole {
             return whole;
         }
@@ -63,7 +63,7 @@ impl Converter {
         clipped_difference(&ups, &downs, black_dn, most_dn)
     }
 
-    fn count_moments(&self, sample: Sample, level: NoisyLevel) -> Moments {
+    fn count_moments(&self, sample: Sample, level: NoisyLevel) -> CodeMoments {
         let (mean, sigma) = self.in_steps(level);
         count_moments(mean, sigma, self.steps(sample))
     }
@@ -83,7 +83,7 @@ impl Converter {
 }
 
 /// Moments of `black + up - down`, clipped to 0 and `most`, of two independent counts.
-fn clipped_difference(ups: &(f64, Vec<f64>), downs: &(f64, Vec<f64>), black_dn: f64, most_dn: f64) -> Moments {
+fn clipped_difference(ups: &(f64, Vec<f64>), downs: &(f64, Vec<f64>), black_dn: f64, most_dn: f64) -> CodeMoments {
     let (mut first, mut second) = (0.0, 0.0);
     for (u, up) in ups.1.iter().enumerate() {
         for (d, down) in downs.1.iter().enumerate() {
@@ -93,7 +93,7 @@ fn clipped_difference(ups: &(f64, Vec<f64>), downs: &(f64, Vec<f64>), black_dn: 
             second += up * down * code * code;
         }
     }
-    Moments { mean: first, variance: greater(second - first * first, 0.0) }
+    CodeMoments { mean: first, variance: greater(second - first * first, 0.0) }
 }
 
 /// The least number of whole numbers from 1 to `most` at or below a normal that has any weight, and the weights from it on.
@@ -112,17 +112,17 @@ fn count_weights(mean: f64, sigma: f64, most: u32) -> (f64, Vec<f64>) {
 }
 
 /// Moments of the number of whole numbers from 1 to `most` at or below a normal of this mean and sigma.
-fn count_moments(mean: f64, sigma: f64, most: u32) -> Moments {
+fn count_moments(mean: f64, sigma: f64, most: u32) -> CodeMoments {
     let top = f64::from(most);
     let reach = REACH * sigma;
     if mean - reach >= top {
-        return Moments { mean: top, variance: 0.0 };
+        return CodeMoments { mean: top, variance: 0.0 };
     }
     if mean + reach < 1.0 {
-        return Moments::default();
+        return CodeMoments::default();
     }
     if sigma >= SMOOTH_LSB && mean - reach >= 0.0 && mean + reach <= top {
-        return Moments { mean: mean - 0.5, variance: sigma * sigma + 1.0 / 12.0 };
+        return CodeMoments { mean: mean - 0.5, variance: sigma * sigma + 1.0 / 12.0 };
     }
     let base = lesser(greater(libm::floor(mean - reach), 0.0), top);
     let last = lesser(libm::floor(mean + reach) + 1.0, top);
@@ -133,7 +133,7 @@ fn count_moments(mean: f64, sigma: f64, most: u32) -> Moments {
         first += share;
         second += (2.0 * step - 1.0) * share;
     }
-    Moments { mean: base + first, variance: greater(second - first * first, 0.0) }
+    CodeMoments { mean: base + first, variance: greater(second - first * first, 0.0) }
 }
 
 /// P(X >= edge) of a normal.
@@ -148,13 +148,13 @@ fn at_least(mean: f64, sigma: f64, edge: f64) -> f64 {
 }
 
 /// Moments of a normal that is clipped at both ends. Away from them nothing changes.
-pub fn clipped(of: Moments, low: f64, high: f64) -> Moments {
+pub fn clipped(of: CodeMoments, low: f64, high: f64) -> CodeMoments {
     let sigma = of.variance.sqrt();
     if of.mean - REACH * sigma >= low && of.mean + REACH * sigma <= high {
         return of;
     }
     if !(sigma > 0.0) {
-        return Moments { mean: lesser(greater(of.mean, low), high), variance: 0.0 };
+        return CodeMoments { mean: lesser(greater(of.mean, low), high), variance: 0.0 };
     }
     let (a, b) = ((low - of.mean) / sigma, (high - of.mean) / sigma);
     let below = |z: f64| 0.5 * libm::erfc(-z * core::f64::consts::FRAC_1_SQRT_2);
@@ -167,7 +167,7 @@ pub fn clipped(of: Moments, low: f64, high: f64) -> Moments {
     let edge = |z: f64, density: f64| if z.abs() < 1e3 { z * density } else { 0.0 };
     let second =
         at_low * low_z * low_z + at_high * high_z * high_z + inside + edge(a, density(a)) - edge(b, density(b));
-    Moments { mean: of.mean + sigma * first, variance: of.variance * greater(second - first * first, 0.0) }
+    CodeMoments { mean: of.mean + sigma * first, variance: of.variance * greater(second - first * first, 0.0) }
 }
 
 #[cfg(test)]
@@ -225,11 +225,11 @@ mod tests {
 
     #[test]
     fn a_normal_clipped_in_its_middle_has_the_half_normals_moments() {
-        let found = clipped(Moments { mean: 5.0, variance: 4.0 }, 5.0, 1e9);
+        let found = clipped(CodeMoments { mean: 5.0, variance: 4.0 }, 5.0, 1e9);
         let half = 2.0 / (2.0 * core::f64::consts::PI).sqrt();
         assert!((found.mean - 5.0 - half).abs() < 1e-12, "{found:?}");
         assert!((found.variance - (2.0 - half * half)).abs() < 1e-12, "{found:?}");
-        let far = Moments { mean: 5.0, variance: 1e-4 };
+        let far = CodeMoments { mean: 5.0, variance: 1e-4 };
         assert_eq!(clipped(far, 0.0, 10.0), far);
     }
 }

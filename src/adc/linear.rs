@@ -63,7 +63,7 @@ impl LinearKernel {
             Sample::Signal => self.last_edge_nv,
         };
         let mut counts = vec![0; samples_uv.len()];
-        dispatch(Counts { kernel: self, samples_uv, last_edge_nv, counts: &mut counts });
+        dispatch(LinearCounts { kernel: self, samples_uv, last_edge_nv, counts: &mut counts });
         counts
     }
 
@@ -142,14 +142,14 @@ fn active_clk(count: u32, steps: u32) -> u32 {
     if count < steps { count + 1 } else { steps }
 }
 
-struct Counts<'a> {
+struct LinearCounts<'a> {
     kernel: &'a LinearKernel,
     samples_uv: &'a [f32],
     last_edge_nv: f64,
     counts: &'a mut [u32],
 }
 
-impl Kernel for Counts<'_> {
+impl Kernel for LinearCounts<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! Parameters of the column converters: checks the values of a config and derives what follows from them.
 
-use crate::pixel::Samples;
+use crate::pixel::SampledLevels;
 use crate::text::named;
 
 named! {
@@ -17,11 +17,11 @@ named! {
 
 impl Cds {
     /// What is sampled and what is converted.
-    pub fn samples(self) -> Samples {
+    pub fn samples(self) -> SampledLevels {
         match self {
-            Self::None => Samples::Signal,
-            Self::Analog => Samples::Difference,
-            Self::Digital => Samples::Both,
+            Self::None => SampledLevels::Signal,
+            Self::Analog => SampledLevels::Difference,
+            Self::Digital => SampledLevels::Both,
         }
     }
 

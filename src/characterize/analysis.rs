@@ -21,8 +21,8 @@
 //! | x_rho_frame, x_rho_row, x_rho_col | correlation of noise with the next frame's; share that a row or column has in common | beyond |
 
 use super::fits;
-use super::measure::{Measurement, Point, Transfer};
-use super::spatial::{self, Parts};
+use super::measure::{ChannelMeasurement, PhotonTransfer, TransferPoint};
+use super::spatial::{self, SpatialVariances};
 use crate::report::Ordered;
 
 /// Figures by name, in the order in which a report shows them. NaN: the data hold none.
@@ -33,7 +33,7 @@ pub const DARK_VARIANCE_MIN_DN2: f64 = 0.24;
 
 /// Shape and independence of the temporal noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shape {
+pub struct NoiseShape {
     /// Third cumulants under light and in the dark, in DN^3.
     pub third_dn3: [f64; 2],
     /// Correlation with the next frame.
@@ -48,24 +48,24 @@ pub struct Shape {
 #[derive(Clone, Debug)]
 pub struct Summary {
     /// Photon transfer.
-    pub transfer: Transfer,
+    pub transfer: PhotonTransfer,
     /// Stack under light.
-    pub bright: Parts,
+    pub bright: SpatialVariances,
     /// Stack in the dark.
-    pub dark: Parts,
+    pub dark: SpatialVariances,
     /// The noise's shape.
-    pub shape: Shape,
+    pub shape: NoiseShape,
 }
 
 impl Summary {
     /// Of a measurement.
-    pub fn of(measurement: &Measurement) -> Self {
+    pub fn of(measurement: &ChannelMeasurement) -> Self {
         let (rho_row, rho_column) = measurement.bright.shared_noise();
         Self {
             transfer: measurement.transfer.clone(),
             bright: spatial::parts(&measurement.bright),
             dark: spatial::parts(&measurement.dark),
-            shape: Shape {
+            shape: NoiseShape {
                 third_dn3: [measurement.bright.third_dn3(), measurement.dark.third_dn3()],
                 rho_frame: measurement.bright.frame_correlation(),
                 rho_row,
@@ -75,14 +75,14 @@ impl Summary {
     }
 }
 
-impl Point {
+impl TransferPoint {
     /// mu_y - mu_y.dark.
     pub fn signal_dn(&self) -> f64 {
         self.mean_dn - self.dark_mean_dn
     }
 }
 
-impl Transfer {
+impl PhotonTransfer {
     /// The point of greatest temporal variance: where the standard puts saturation.
     pub fn saturation(&self) -> usize {
         let greater = |best: usize, index: usize| {
@@ -92,14 +92,14 @@ impl Transfer {
     }
 
     /// Points up to 70 % of saturation, which fits of K and R use.
-    pub fn sensitivity(&self) -> &[Point] {
+    pub fn sensitivity(&self) -> &[TransferPoint] {
         let most = 0.7 * self.points[self.saturation()].signal_dn();
         let last = self.points.iter().rposition(|point| point.signal_dn() <= most);
         &self.points[..last.map_or(0, |last| last + 1)]
     }
 
     /// Points between 5 and 95 % of the signal at point `saturation`, which the linearity fit uses.
-    pub fn linear(&self, saturation: usize) -> &[Point] {
+    pub fn linear(&self, saturation: usize) -> &[TransferPoint] {
         let full = self.points[saturation].signal_dn();
         let first = self.points.iter().position(|point| point.signal_dn() >= 0.05 * full);
         let last = self.points.iter().rposition(|point| point.signal_dn() <= 0.95 * full);
@@ -110,10 +110,10 @@ impl Transfer {
     }
 
     /// Relative deviation in % of each point from the line of least relative deviation through `fitted`.
-    pub fn deviations(points: &[Point], fitted: &[Point]) -> Vec<f64> {
+    pub fn deviations(points: &[TransferPoint], fitted: &[TransferPoint]) -> Vec<f64> {
         let pairs: Vec<(f64, f64)> = fitted.iter().map(|point| (point.photons, point.signal_dn())).collect();
         let (slope, offset) = fits::relative_line(&pairs);
-        let deviation = |point: &Point| {
+        let deviation = |point: &TransferPoint| {
             let line = slope * point.photons + offset;
             100.0 * (point.signal_dn() - line) / line
         };
@@ -121,7 +121,7 @@ impl Transfer {
     }
 
     /// Slope per second and offset of a dark quantity over exposure time.
-    fn dark_line(&self, of: impl Fn(&Point) -> f64) -> (f64, f64) {
+    fn dark_line(&self, of: impl Fn(&TransferPoint) -> f64) -> (f64, f64) {
         let points: Vec<(f64, f64)> = self.points.iter().map(|point| (point.exposure_ns * 1e-9, of(point))).collect();
         fits::line(&points)
     }
@@ -174,16 +174,16 @@ fn sensitivity(summary: &Summary, found: &mut Figures) {
     all.into_iter().for_each(|(name, value)| found.insert(name, value));
 }
 
-fn linearity(transfer: &Transfer, found: &mut Figures) {
+fn linearity(transfer: &PhotonTransfer, found: &mut Figures) {
     let fitted = transfer.linear(transfer.saturation());
-    let deviations = Transfer::deviations(fitted, fitted);
+    let deviations = PhotonTransfer::deviations(fitted, fitted);
     let extreme = |better: fn(f64, f64) -> f64| deviations.iter().copied().reduce(better).unwrap_or(f64::NAN);
     found.insert("LE_min", extreme(crate::num::lesser));
     found.insert("LE_max", extreme(crate::num::greater));
 }
 
 /// Suffixes of the parts of DSNU and PRNU, and how a part is read.
-pub(super) const PARTS: [(&str, fn(&Parts) -> f64); 4] = [
+pub(super) const PARTS: [(&str, fn(&SpatialVariances) -> f64); 4] = [
     ("", |parts| parts.total_dn2),
     ("_row", |parts| parts.row_dn2),
     ("_col", |parts| parts.column_dn2),

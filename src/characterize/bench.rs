@@ -1,8 +1,8 @@
 //! A bench: one sensor before uniform light.
 
-use super::measure::Measurement;
-use super::set::{Exposure, Options, Set, Shot};
-use super::truth::Truth;
+use super::measure::ChannelMeasurement;
+use super::set::{MeasurementSize, PlannedShot, SeriesExposure, Set};
+use super::truth::ChannelTruth;
 use crate::config::Resolved;
 use crate::effects;
 use crate::effects::chain::Chain;
@@ -12,16 +12,16 @@ use crate::run::SensorSetup;
 use crate::units::Size;
 
 /// A sensor under test: what it is, what will be shot, and the chain that makes its frames.
-pub struct Bench {
+pub struct SensorBench {
     sensor: SensorSetup,
     set: Set,
     chain: Chain,
 }
 
-impl Bench {
+impl SensorBench {
     /// The sensor of a scenario with all its effects.
     /// Fails as `SensorSetup::new` does, on options out of range, on a sensor without any response to light.
-    pub fn new(resolved: &Resolved, options: &Options) -> Result<Self, Error> {
+    pub fn new(resolved: &Resolved, options: &MeasurementSize) -> Result<Self, Error> {
         let sensor = SensorSetup::new(resolved)?;
         let effects = effects::build_all(&sensor.parameters);
         let chain =
@@ -30,23 +30,24 @@ impl Bench {
     }
 
     /// The same with a chain of the caller's, which need not be what the scenario says: how tests show that a wrong sensor fails.
-    /// Fails as [`Bench::new`] does.
-    pub fn with_chain(resolved: &Resolved, options: &Options, chain: Chain) -> Result<Self, Error> {
+    /// Fails as [`SensorBench::new`] does.
+    pub fn with_chain(resolved: &Resolved, options: &MeasurementSize, chain: Chain) -> Result<Self, Error> {
         let sensor = SensorSetup::new(resolved)?;
         let set = Set::new(&sensor, options).map_err(|error| resolved.tree.locate(error))?;
         Ok(Self { sensor, set, chain })
     }
 
     /// The sensor of a scenario with all its effects, before the light of frames that exist.
-    /// Fails as [`Bench::new`] does.
+    /// Fails as [`SensorBench::new`] does.
     pub fn of_frames(
         resolved: &Resolved,
         size: Size,
-        points: Vec<Exposure>,
-        half: Exposure,
+        points: Vec<SeriesExposure>,
+        half: SeriesExposure,
         stack: u32,
     ) -> Result<Self, Error> {
-        let Self { sensor, chain, .. } = Self::new(resolved, &Options { size: Some(size), ..Options::default() })?;
+        let Self { sensor, chain, .. } =
+            Self::new(resolved, &MeasurementSize { size: Some(size), ..MeasurementSize::default() })?;
         let set = Set::of_frames(&sensor, size, points, half, stack)?;
         Ok(Self { sensor, set, chain })
     }
@@ -58,8 +59,11 @@ impl Bench {
 
     /// Shoots everything in order; `sink` sees each frame once.
     /// Fails as the sink does.
-    pub fn run(&self, mut sink: impl FnMut(&Shot, &Plane<u16>) -> Result<(), Error>) -> Result<Measurement, Error> {
-        let mut measurement = Measurement::new(&self.set);
+    pub fn run(
+        &self,
+        mut sink: impl FnMut(&PlannedShot, &Plane<u16>) -> Result<(), Error>,
+    ) -> Result<ChannelMeasurement, Error> {
+        let mut measurement = ChannelMeasurement::new(&self.set);
         let times = super::shoot::Times::new(&self.sensor, &self.set);
         for shot in self.set.shots() {
             let codes = super::shoot::shoot(&self.chain, &self.set, &shot, &times);
@@ -70,7 +74,7 @@ impl Bench {
     }
 
     /// What the configuration implies for this set.
-    pub fn truth(&self) -> Truth {
+    pub fn truth(&self) -> ChannelTruth {
         super::truth::truth(&self.sensor, &self.set)
     }
 

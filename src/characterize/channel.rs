@@ -16,7 +16,7 @@ const BANDS: [&str; FILTER_BANDS] = ["600-700 nm", "500-600 nm", "400-500 nm", "
 
 /// One colour plane of an array.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Channel {
+pub struct ColourPlane {
     /// Letter of its filter; M without colour filters.
     pub letter: char,
     mosaic: Mosaic,
@@ -32,7 +32,7 @@ fn best_band(bands: &[f64; FILTER_BANDS]) -> (usize, f64) {
     bands.iter().enumerate().fold((0, f64::NEG_INFINITY), better)
 }
 
-impl Channel {
+impl ColourPlane {
     /// The filter that was asked for, else the one that passes most.
     /// Fails on a letter that is no filter's.
     pub fn choose(mosaic: &Mosaic, asked: Option<char>) -> Result<Self, Error> {
@@ -138,7 +138,7 @@ mod tests {
         let plane = Size { width_px: 2, height_px: 2 };
         let codes = Plane::from_values(array, (0..16).collect());
         for (letter, band, picked) in [('R', 0, [0, 2, 8, 10]), ('G', 1, [1, 3, 9, 11]), ('B', 2, [5, 7, 13, 15])] {
-            let channel = Channel::choose(&mosaic, Some(letter)).unwrap();
+            let channel = ColourPlane::choose(&mosaic, Some(letter)).unwrap();
             assert_eq!((channel.array_size(plane), channel.plane_size(array)), (array, plane));
             assert_eq!(channel.pick(codes.clone(), plane).values(), picked);
             let light = channel.light(array, 60.0);
@@ -148,8 +148,8 @@ mod tests {
                 assert!((f64::from(light.values()[place]) - expected).abs() < 1e-5, "{letter} {place}");
             }
         }
-        assert_eq!(Channel::choose(&mosaic, None).unwrap().name(), "G, 500-600 nm");
-        assert!(Channel::choose(&mosaic, Some('X')).unwrap_err().to_string().contains("use B, G, R"));
-        assert_eq!(Channel::choose(&Mosaic::mono(), None).unwrap().name(), "all");
+        assert_eq!(ColourPlane::choose(&mosaic, None).unwrap().name(), "G, 500-600 nm");
+        assert!(ColourPlane::choose(&mosaic, Some('X')).unwrap_err().to_string().contains("use B, G, R"));
+        assert_eq!(ColourPlane::choose(&Mosaic::mono(), None).unwrap().name(), "all");
     }
 }

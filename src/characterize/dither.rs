@@ -89,7 +89,7 @@ fn covariance(one: &Dither, other: &Dither, own: f64, shared: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::moments::{Level, normal_nodes, quantised};
+    use super::super::moments::{RampLevel, normal_nodes, quantised};
     use super::*;
 
     #[test]
@@ -113,7 +113,7 @@ mod tests {
             let signal = Dither::new(signal_dn, noise);
             let reset = Dither::new(64.0, 0.05);
             let found = pattern_variance(&signal, &reset, part, common);
-            let code = |mean: f64, noise: f64| quantised(Level { mean, sigma: noise.sqrt() }, 0.0, 1023.0).mean;
+            let code = |mean: f64, noise: f64| quantised(RampLevel { mean, sigma: noise.sqrt() }, 0.0, 1023.0).mean;
             let (mut mean, mut square) = (0.0, 0.0);
             for &(u, weight_u) in &normal_nodes(101) {
                 for &(c, weight_c) in &normal_nodes(201) {

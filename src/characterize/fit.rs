@@ -9,10 +9,10 @@
 
 use super::analysis::{Figures, Summary, figures};
 use super::fits;
-use super::measure::Measurement;
-use super::model::Shared;
-use super::set::Exposure;
-use super::spatial::Parts;
+use super::measure::ChannelMeasurement;
+use super::model::SharedVariance;
+use super::set::SeriesExposure;
+use super::spatial::SpatialVariances;
 use super::uncertainty::{DieErrors, bright_part_error, dark_part_error, standard_errors, variance_squares};
 use crate::num::{f64_from_u64, greater, lesser};
 
@@ -60,7 +60,7 @@ pub struct Untold {
 
 /// What a stack of frames says of its sensor.
 #[derive(Clone, Debug, serde::Serialize)]
-pub struct Fit {
+pub struct SensorFit {
     /// In the order of a sensor file.
     pub fitted: Vec<Fitted>,
     /// What the preset decides.
@@ -69,7 +69,7 @@ pub struct Fit {
     pub warnings: Vec<String>,
 }
 
-impl Fit {
+impl SensorFit {
     /// A parameter by key.
     pub fn get(&self, key: &str) -> Option<&Fitted> {
         self.fitted.iter().find(|fitted| fitted.key == key)
@@ -77,13 +77,18 @@ impl Fit {
 
     /// Exposures and photons under which a sensor of this fit and efficiency sees what the frames saw: those that the frames state,
     /// else light of one strength that gives their signal. The last one is that of the stacks.
-    pub fn light(&self, measurement: &Measurement, half: Exposure, efficiency: f64) -> Vec<Exposure> {
+    pub fn light(
+        &self,
+        measurement: &ChannelMeasurement,
+        half: SeriesExposure,
+        efficiency: f64,
+    ) -> Vec<SeriesExposure> {
         let points = &measurement.transfer.points;
-        let stated = points.iter().map(|point| Exposure {
+        let stated = points.iter().map(|point| SeriesExposure {
             exposure_ns: crate::num::u64_half_even(point.exposure_ns),
             photons: point.photons,
         });
-        let all: Vec<Exposure> = stated.chain([half]).collect();
+        let all: Vec<SeriesExposure> = stated.chain([half]).collect();
         if self.get("pixel.quantum_efficiency").is_some() {
             return all;
         }
@@ -93,13 +98,15 @@ impl Fit {
             measurement.transfer.sensitivity().iter().map(|point| (point.exposure_ns, point.signal_dn())),
         );
         let photons_per_ns = greater(0.0, rise_dn_per_ns / (k * efficiency));
-        all.into_iter().map(|one| Exposure { photons: photons_per_ns * f64_from_u64(one.exposure_ns), ..one }).collect()
+        all.into_iter()
+            .map(|one| SeriesExposure { photons: photons_per_ns * f64_from_u64(one.exposure_ns), ..one })
+            .collect()
     }
 }
 
 /// Parameters of the sensor behind a measurement of `bits`-bit codes. Says why where the frames cannot tell any.
 /// Fails on a saturated stack, frames without a response to light, codes that are all alike.
-pub fn fit(measurement: &Measurement, bits: u32, assumed: &Assumed) -> Result<Fit, String> {
+pub fn fit(measurement: &ChannelMeasurement, bits: u32, assumed: &Assumed) -> Result<SensorFit, String> {
     let summary = Summary::of(measurement);
     let code_max = f64_from_u64((1 << bits) - 1);
     check(&summary, code_max)?;
@@ -110,7 +117,7 @@ pub fn fit(measurement: &Measurement, bits: u32, assumed: &Assumed) -> Result<Fi
     }
     let errors = standard_errors(&summary, &found, &variance_squares(&summary.transfer), DieErrors::default());
     let sources = Sources { measurement, summary: &summary, found: &found, errors: &errors, assumed, code_max };
-    let mut fit = Fit { fitted: Vec::new(), untold: Vec::new(), warnings: Vec::new() };
+    let mut fit = SensorFit { fitted: Vec::new(), untold: Vec::new(), warnings: Vec::new() };
     sources.gain(bits, &mut fit);
     sources.light(&mut fit);
     sources.dark(&mut fit);
@@ -140,7 +147,7 @@ fn check(summary: &Summary, code_max: f64) -> Result<(), String> {
 
 /// What parameters are made from.
 struct Sources<'a> {
-    measurement: &'a Measurement,
+    measurement: &'a ChannelMeasurement,
     summary: &'a Summary,
     found: &'a Figures,
     errors: &'a Figures,
@@ -161,7 +168,7 @@ impl Sources<'_> {
         self.assumed.conversion_gain_uv_per_e / self.k()
     }
 
-    fn gain(&self, bits: u32, fit: &mut Fit) {
+    fn gain(&self, bits: u32, fit: &mut SensorFit) {
         let [k, error] = self.of("K");
         let span_uv = |k: f64| self.assumed.conversion_gain_uv_per_e * f64_from_u64(1 << bits) / k;
         let interval = [span_uv(k + SIGMAS * error), span_uv(k - SIGMAS * error)];
@@ -173,7 +180,7 @@ impl Sources<'_> {
         fit.untold.push(Untold { key: "pixel.conversion_gain_uv_per_e", reason });
     }
 
-    fn light(&self, fit: &mut Fit) {
+    fn light(&self, fit: &mut SensorFit) {
         let [percent, error] = self.of("QE");
         let [low, value, high] = [percent - SIGMAS * error, percent, percent + SIGMAS * error].map(|one| 0.01 * one);
         let key = "pixel.quantum_efficiency";
@@ -195,7 +202,7 @@ impl Sources<'_> {
     }
 
     /// The full well, where the series reaches it before the converter's greatest code.
-    fn well(&self, fit: &mut Fit) {
+    fn well(&self, fit: &mut SensorFit) {
         let transfer = &self.summary.transfer;
         let key = "pixel.full_well_e";
         let Some(last) = transfer.points.last() else { return };
@@ -235,7 +242,7 @@ impl Sources<'_> {
         [offset, (error * error * noise_dn2 + pattern_dn2).sqrt()]
     }
 
-    fn dark(&self, fit: &mut Fit) {
+    fn dark(&self, fit: &mut SensorFit) {
         let key = "adc.black_level_dn";
         if self.measurement.dark_clipped > DARK_CLIPPED_MAX {
             let percent = 100.0 * self.measurement.dark_clipped;
@@ -260,14 +267,14 @@ impl Sources<'_> {
     }
 
     /// Temporal variance in the dark that rows and columns share.
-    fn shared(&self) -> Shared {
+    fn shared(&self) -> SharedVariance {
         let dark = &self.summary.dark;
         let (row, column) = self.measurement.dark.shared_noise();
         let variance = |share: f64, length: f64| greater(0.0, share * dark.stack_variance_dn2 / (1.0 - 1.0 / length));
-        Shared { row_dn2: variance(row, dark.columns), column_dn2: variance(column, dark.rows) }
+        SharedVariance { row_dn2: variance(row, dark.columns), column_dn2: variance(column, dark.rows) }
     }
 
-    fn noise(&self, fit: &mut Fit) {
+    fn noise(&self, fit: &mut SensorFit) {
         let dark = &self.summary.dark;
         let (shared, lsb_uv) = (self.shared(), self.lsb_uv());
         let shared_error = |own_dn2: f64, lines: f64, length: f64| {
@@ -293,12 +300,12 @@ impl Sources<'_> {
         }
     }
 
-    fn patterns(&self, fit: &mut Fit) {
+    fn patterns(&self, fit: &mut SensorFit) {
         let (bright, dark) = (&self.summary.bright, &self.summary.dark);
         let shared = self.shared();
         let k_relative = self.of("K")[1] / self.k();
         let signal_dn = bright.mean_dn - dark.mean_dn;
-        let parts: [(&str, fn(&Parts) -> f64); 3] =
+        let parts: [(&str, fn(&SpatialVariances) -> f64); 3] =
             [("_pixel", |parts| parts.pixel_dn2), ("_col", |parts| parts.column_dn2), ("_row", |parts| parts.row_dn2)];
         let dark_keys = [
             ("pixel.dsnu_e", 1.0 / self.k(), "DSNU1288_pixel"),
@@ -324,7 +331,7 @@ impl Sources<'_> {
         }
     }
 
-    fn rest(&self, fit: &mut Fit) {
+    fn rest(&self, fit: &mut SensorFit) {
         let outliers = outliers(&self.measurement.dark.means_dn(), &self.summary.dark);
         if outliers > 0 {
             fit.warnings.push(format!(
@@ -363,7 +370,7 @@ fn rooted(
 }
 
 /// Pixels whose mean dark code lies beyond 6 sigma.
-fn outliers(means_dn: &[f64], dark: &Parts) -> usize {
+fn outliers(means_dn: &[f64], dark: &SpatialVariances) -> usize {
     let sigma_dn = (greater(0.0, dark.total_dn2) + dark.stack_variance_dn2 / dark.frames).sqrt();
     means_dn.iter().filter(|&&mean| (mean - dark.mean_dn).abs() > 6.0 * sigma_dn).count()
 }

@@ -2,15 +2,15 @@
 //! self-contained page without scripts or network.
 
 use super::analysis::{Figures, Summary, figures};
-use super::fit::{Fit, Fitted, Untold};
+use super::fit::{Fitted, SensorFit, Untold};
 use super::map::map;
-use super::measure::{Measurement, Point, Stack};
+use super::measure::{ChannelMeasurement, StackSums, TransferPoint};
 use super::page::{document, dots, line, meaning, pair, section, significant};
 use super::record::unit;
 use super::spatial::{spectrogram, transposed};
 use super::uncertainty::{DieErrors, standard_errors, variance_squares};
 use crate::num::{f64_from_u64, f64_from_usize, index};
-use crate::report::chart::{Axes, Ink, Series, Shape, chart};
+use crate::report::chart::{Axes, Ink, Series, SeriesShape, chart};
 use crate::report::escape::escaped;
 use crate::units::Size;
 
@@ -32,11 +32,11 @@ pub struct Beside<'a> {
     /// Depth of the codes.
     pub bits: u32,
     /// The parameters.
-    pub fit: &'a Fit,
+    pub fit: &'a SensorFit,
     /// Frames that were read.
-    pub measured: &'a Measurement,
+    pub measured: &'a ChannelMeasurement,
     /// Frames of the fitted sensor.
-    pub simulated: &'a Measurement,
+    pub simulated: &'a ChannelMeasurement,
 }
 
 /// What both sides' frames say, with standard errors.
@@ -47,7 +47,7 @@ struct Side {
 }
 
 impl Side {
-    fn of(measurement: &Measurement) -> Self {
+    fn of(measurement: &ChannelMeasurement) -> Self {
         let summary = Summary::of(measurement);
         let found = figures(&summary);
         let errors = standard_errors(&summary, &found, &variance_squares(&summary.transfer), DieErrors::default());
@@ -119,7 +119,7 @@ fn header(beside: &Beside<'_>) -> String {
     )
 }
 
-fn parameters(fit: &Fit) -> String {
+fn parameters(fit: &SensorFit) -> String {
     let row = |Fitted { key, value, interval: [low, high], rests_on }: &Fitted| {
         format!(
             "<tr><th scope=\"row\">{key}</th><td class=\"num\">{}</td><td class=\"num\">{} to {}</td>\
@@ -141,11 +141,11 @@ fn scrolled(head: &str, rows: &str) -> String {
 }
 
 /// Both sides' points, the simulated ones as rings.
-fn both<'a>(sides: &[Side; 2], of: impl Fn(&Point) -> (f64, f64)) -> [Series<'a>; 2] {
+fn both<'a>(sides: &[Side; 2], of: impl Fn(&TransferPoint) -> (f64, f64)) -> [Series<'a>; 2] {
     let [measured, simulated] = sides.each_ref().map(|side| side.summary.transfer.points.iter().map(&of).collect());
     [
         dots("measured", Ink::One, measured),
-        Series { name: "simulated", ink: Ink::Two, shape: Shape::Ring, runs: vec![simulated] },
+        Series { name: "simulated", ink: Ink::Two, shape: SeriesShape::Ring, runs: vec![simulated] },
     ]
 }
 
@@ -167,17 +167,22 @@ fn signal(sides: &[Side; 2]) -> String {
     section("Signal", "Mean under light less mean in the dark.", &chart(&axes, &series))
 }
 
-fn over_exposure(sides: &[Side; 2], [heading, label]: [&str; 2], lead: &str, of: impl Fn(&Point) -> f64) -> String {
+fn over_exposure(
+    sides: &[Side; 2],
+    [heading, label]: [&str; 2],
+    lead: &str,
+    of: impl Fn(&TransferPoint) -> f64,
+) -> String {
     let axes = Axes { title: heading, x_label: "exposure in ms", y_label: label, ..Axes::default() };
     let series = both(sides, |point| (point.exposure_ns * 1e-6, of(point)));
     section(heading, lead, &chart(&axes, &series))
 }
 
 /// Shares of all codes of a stack, in bins of whole codes. Codes beyond the range of either side's last thousandth are left out.
-fn histogram(heading: &str, stacks: [&Stack; 2]) -> String {
+fn histogram(heading: &str, stacks: [&StackSums; 2]) -> String {
     let [low, high] = span(stacks);
     let width = (high - low + 1).div_ceil(BINS_MAX);
-    let binned = |stack: &Stack| -> Vec<(f64, f64)> {
+    let binned = |stack: &StackSums| -> Vec<(f64, f64)> {
         let counts = stack.counts();
         let total = f64_from_u64(counts.iter().sum());
         let bins = (low..=high).step_by(width);
@@ -203,7 +208,7 @@ fn histogram(heading: &str, stacks: [&Stack; 2]) -> String {
 }
 
 /// Codes that hold all but a thousandth at either end, of both stacks.
-fn span(stacks: [&Stack; 2]) -> [usize; 2] {
+fn span(stacks: [&StackSums; 2]) -> [usize; 2] {
     let ends = stacks.map(|stack| {
         let counts = stack.counts();
         let tail = counts.iter().sum::<u64>() / 1000;
@@ -224,18 +229,18 @@ fn span(stacks: [&Stack; 2]) -> [usize; 2] {
 }
 
 /// What a stack's frames hold, as a picture.
-type Content = fn(&Measurement) -> Vec<f64>;
+type Content = fn(&ChannelMeasurement) -> Vec<f64>;
 
-fn dark_noise(side: &Measurement) -> Vec<f64> {
+fn dark_noise(side: &ChannelMeasurement) -> Vec<f64> {
     side.dark.noise_dn()
 }
 
-fn dark_pattern(side: &Measurement) -> Vec<f64> {
+fn dark_pattern(side: &ChannelMeasurement) -> Vec<f64> {
     centred(side.dark.means_dn())
 }
 
 /// Of the bright stack less the dark one, in % of its mean.
-fn response(side: &Measurement) -> Vec<f64> {
+fn response(side: &ChannelMeasurement) -> Vec<f64> {
     let signal: Vec<f64> = side.bright.means_dn().iter().zip(side.dark.means_dn()).map(|(a, b)| a - b).collect();
     let mean = signal.iter().sum::<f64>() / f64_from_usize(signal.len());
     signal.iter().map(|value| 100.0 * (value / mean - 1.0)).collect()
@@ -289,7 +294,7 @@ fn spectrum(heading: &str, lead: &str, unit: &str, sides: [Vec<f64>; 2]) -> Stri
 
 /// The first rows and columns of both sides' first frames and means, each pair on one scale of grey.
 fn pictures(beside: &Beside<'_>) -> String {
-    fn first(stack: &Stack) -> Vec<f64> {
+    fn first(stack: &StackSums) -> Vec<f64> {
         centred(stack.first().iter().map(|&code| f64::from(code)).collect())
     }
     let contents: [(&str, &str, Content); 4] = [

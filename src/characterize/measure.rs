@@ -1,14 +1,14 @@
 //! Exact integer sums of the frames. Computes means and variances of every point, and from the stacks the inputs of spatial figures and of
 //! the temporal noise's shape. Memory does not grow with the number of frames.
 
-use super::set::{Set, Shot};
+use super::set::{PlannedShot, Set};
 use crate::num::{f64_from_i64, f64_from_u64, f64_from_usize, u64_from};
 use crate::plane::Plane;
 use crate::units::Size;
 
 /// A point of photon transfer, in DN and DN^2.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
-pub struct Point {
+pub struct TransferPoint {
     /// In nanoseconds.
     pub exposure_ns: f64,
     /// Photons on a pixel.
@@ -25,54 +25,54 @@ pub struct Point {
 
 /// All points with the number of pixels that each is averaged over.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Transfer {
+pub struct PhotonTransfer {
     /// Exposure rising.
-    pub points: Vec<Point>,
+    pub points: Vec<TransferPoint>,
     /// Pixels of a frame.
     pub pixels: f64,
 }
 
 /// Everything that was measured on one channel.
 #[derive(Clone, Debug)]
-pub struct Measurement {
+pub struct ChannelMeasurement {
     /// Photon transfer.
-    pub transfer: Transfer,
+    pub transfer: PhotonTransfer,
     /// Stack under light at half saturation.
-    pub bright: Stack,
+    pub bright: StackSums,
     /// Stack in the dark of the same exposure.
-    pub dark: Stack,
+    pub dark: StackSums,
     /// Share of codes 0 in the dark stack.
     pub dark_clipped: f64,
     first: Option<Vec<u16>>,
 }
 
-impl Measurement {
+impl ChannelMeasurement {
     /// Ready for the set's first frame.
     pub fn new(set: &Set) -> Self {
         Self::of_points(set.size, &set.points)
     }
 
     /// Ready for the first frame of a series of these exposures, and of stacks.
-    pub fn of_points(size: Size, exposures: &[super::set::Exposure]) -> Self {
-        let point = |exposure: &super::set::Exposure| Point {
+    pub fn of_points(size: Size, exposures: &[super::set::SeriesExposure]) -> Self {
+        let point = |exposure: &super::set::SeriesExposure| TransferPoint {
             exposure_ns: f64_from_u64(exposure.exposure_ns),
             photons: exposure.photons,
-            ..Point::default()
+            ..TransferPoint::default()
         };
         Self {
-            transfer: Transfer {
+            transfer: PhotonTransfer {
                 points: exposures.iter().map(point).collect(),
                 pixels: f64_from_usize(size.pixel_count()),
             },
-            bright: Stack::new(size),
-            dark: Stack::new(size),
+            bright: StackSums::new(size),
+            dark: StackSums::new(size),
             dark_clipped: 0.0,
             first: None,
         }
     }
 
     /// Takes the next frame. Panics if frames come in another order than the set's.
-    pub fn add(&mut self, shot: &Shot, codes: &Plane<u16>) {
+    pub fn add(&mut self, shot: &PlannedShot, codes: &Plane<u16>) {
         let Some(index) = shot.point else {
             if shot.is_lit {
                 self.bright.add(codes);
@@ -118,7 +118,7 @@ fn pair(first: &[u16], second: &[u16]) -> (f64, f64) {
 
 /// Sums of a stack, exact in integers: 2,000 frames of 16 bits stay below 2^59 in every sum.
 #[derive(Clone, Debug)]
-pub struct Stack {
+pub struct StackSums {
     /// Width and height.
     pub size: Size,
     /// Frames so far.
@@ -137,7 +137,7 @@ pub struct Stack {
     counts: Vec<u64>,
 }
 
-impl Stack {
+impl StackSums {
     fn new(size: Size) -> Self {
         let pixels = size.pixel_count();
         let zeros = || vec![0_u64; pixels];

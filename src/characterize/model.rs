@@ -6,21 +6,21 @@
 //! the column that both carry moves both. Effects that are not modelled here are listed in `beyond` with the figures that they change.
 
 use super::dither::{Dither, pattern_variance, variance_amplitude_dn2};
-use super::measure::{Point, Transfer};
-use super::moments::{Difference, Level, Moments, clipped, normal_cdf, normal_nodes, quantised};
-use super::set::{Exposure, Set};
-pub use super::shared::Shared;
+use super::measure::{PhotonTransfer, TransferPoint};
+use super::moments::{ConversionPair, Cumulants, RampLevel, clipped, normal_cdf, normal_nodes, quantised};
+use super::set::{SeriesExposure, Set};
+pub use super::shared::SharedVariance;
 use super::shoot::Times;
-use super::spatial::Parts;
+use super::spatial::SpatialVariances;
 use super::uncertainty::DieErrors;
 use crate::effects::{Parameters, sampling};
 use crate::num::{f64_from_u64, f64_from_usize, greater, lesser, u32_truncated};
-use crate::pixel::{SampleSigmas, Samples, flicker_variance_uv2, ktc_sigmas};
+use crate::pixel::{SampleSigmas, SampledLevels, flicker_variance_uv2, ktc_sigmas};
 use crate::run::SensorSetup;
 
 /// A sensor in the words of EMVA 1288, as its configuration implies them.
 #[derive(Clone, Debug)]
-pub struct Model {
+pub struct EmvaModel {
     /// Overall gain K: conversion gain over the size of an LSB.
     pub gain_dn_per_e: f64,
     /// QE as the standard means it: electrons per photon on the pixel, fill factor and filter included.
@@ -58,14 +58,14 @@ pub struct Model {
     /// Of the offset, between rows.
     pub row_offset_e: f64,
     /// Temporal noise that rows and columns share.
-    pub shared: Shared,
+    pub shared: SharedVariance,
     /// Of the offset, between columns, that reset and signal both carry when they are converted.
     column_common_dn: f64,
     full_well_e: f64,
     /// Counts below a column without signal.
     pedestal_dn: f64,
     /// The two conversions; none where one is made.
-    difference: Option<Difference>,
+    difference: Option<ConversionPair>,
     code_max: f64,
 }
 
@@ -73,13 +73,13 @@ pub struct Model {
 #[derive(Clone, Debug)]
 pub struct Expectation {
     /// Photon transfer.
-    pub transfer: Transfer,
+    pub transfer: PhotonTransfer,
     /// Mean square of the pixels' variances at each point, bright and dark: what the variance of a measured variance needs.
     pub variance_squares: Vec<[f64; 2]>,
     /// Bright stack.
-    pub bright: Parts,
+    pub bright: SpatialVariances,
     /// Dark stack.
-    pub dark: Parts,
+    pub dark: SpatialVariances,
     /// Third cumulants of the bright and the dark stack, in DN^3.
     pub third_dn3: [f64; 2],
     /// Share of codes 0 in the dark.
@@ -90,12 +90,12 @@ pub struct Expectation {
 
 #[derive(Clone, Copy, Default)]
 struct Spot {
-    moments: Moments,
+    moments: Cumulants,
     variance_square: f64,
 }
 
 impl Spot {
-    fn add(&mut self, weight: f64, found: &Moments) {
+    fn add(&mut self, weight: f64, found: &Cumulants) {
         self.moments.mean += weight * found.mean;
         self.moments.variance += weight * found.variance;
         self.moments.third += weight * found.third;
@@ -106,7 +106,7 @@ impl Spot {
     fn less(&self, reset: &Self) -> Self {
         let (up, down) = (&self.moments, &reset.moments);
         Self {
-            moments: Moments {
+            moments: Cumulants {
                 mean: up.mean - down.mean,
                 variance: up.variance + down.variance,
                 third: up.third - down.third,
@@ -119,7 +119,7 @@ impl Spot {
 /// Distance in standard deviations within which a clip has an effect: 3e-6 of a normal lie beyond, of a noise of a few DN.
 const CLIP_SIGMAS: f64 = 4.5;
 
-impl Model {
+impl EmvaModel {
     /// Of a sensor and the waits of the measured rows.
     pub fn new(sensor: &SensorSetup, set: &Set) -> Self {
         let (pixel, adc) = (&sensor.parameters.pixel, &sensor.parameters.adc);
@@ -131,7 +131,7 @@ impl Model {
         let lsb_uv2 = adc.lsb_uv() * adc.lsb_uv();
         let ramp_uv2 = adc.sigmas_of_conversions(adc.ramp_noise_uv).variance_uv2();
         let offset_uv = if samples.is_double() { adc.column_offset_residual_uv } else { adc.column_offset_uv };
-        let is_digital = samples == Samples::Both;
+        let is_digital = samples == SampledLevels::Both;
         let code_max = f64::from(adc.code_max());
         Self {
             gain_dn_per_e: per_e / adc.lsb_uv(),
@@ -147,7 +147,7 @@ impl Model {
             kept: times.mean_of(|wait_s| libm::exp(-pixel.storage_leakage_per_s * wait_s)),
             compression: pixel.gain_compression,
             row_offset_e: adc.row_offset_uv / per_e,
-            shared: Shared {
+            shared: SharedVariance {
                 row_dn2: (adc.row_noise_uv * adc.row_noise_uv + ramp_uv2) / lsb_uv2,
                 column_dn2: adc.column_noise_uv * adc.column_noise_uv / lsb_uv2,
             },
@@ -160,7 +160,7 @@ impl Model {
             column_common_dn: if is_digital { adc.column_offset_uv / adc.lsb_uv() } else { 0.0 },
             full_well_e: pixel.full_well_e,
             pedestal_dn: adc.pedestal_lsb().into(),
-            difference: is_digital.then(|| Difference {
+            difference: is_digital.then(|| ConversionPair {
                 black_dn: adc.black_level_dn.into(),
                 reset_counts: adc.reset_counts_used().into(),
                 code_max,
@@ -189,10 +189,10 @@ impl Model {
     /// Everything the set would measure.
     pub fn expect(&self, set: &Set) -> Expectation {
         let reset = self.reset_spot();
-        let spot = |exposure: &Exposure, is_lit| self.spot(exposure, is_lit, &reset);
+        let spot = |exposure: &SeriesExposure, is_lit| self.spot(exposure, is_lit, &reset);
         let spots: Vec<[Spot; 2]> =
             set.points.iter().map(|exposure| [spot(exposure, true), spot(exposure, false)]).collect();
-        let point = |(exposure, [bright, dark]): (&Exposure, &[Spot; 2])| Point {
+        let point = |(exposure, [bright, dark]): (&SeriesExposure, &[Spot; 2])| TransferPoint {
             exposure_ns: f64_from_u64(exposure.exposure_ns),
             photons: exposure.photons,
             mean_dn: bright.moments.mean,
@@ -202,7 +202,7 @@ impl Model {
         };
         let half = [spot(&set.half, true), spot(&set.half, false)];
         Expectation {
-            transfer: Transfer {
+            transfer: PhotonTransfer {
                 points: set.points.iter().zip(&spots).map(point).collect(),
                 pixels: f64_from_usize(set.size.pixel_count()),
             },
@@ -216,14 +216,14 @@ impl Model {
     }
 
     /// Mean photoelectrons and dark charge of a pixel, before the well clips and the storage node leaks.
-    pub fn charge_e(&self, exposure: &Exposure, is_lit: bool) -> (f64, f64) {
+    pub fn charge_e(&self, exposure: &SeriesExposure, is_lit: bool) -> (f64, f64) {
         let light_e = if is_lit { self.efficiency * exposure.photons } else { 0.0 };
         let parasitic_e = light_e * self.parasitic * self.storage_s / exposure.exposure_s();
         (light_e + parasitic_e, self.dark_e_per_s * exposure.exposure_s() + self.storage_dark_e_per_s * self.storage_s)
     }
 
     /// Spread over rows of the charge that waits: dark charge and light gather, stored charge leaks.
-    pub fn row_e(&self, exposure: &Exposure, is_lit: bool) -> f64 {
+    pub fn row_e(&self, exposure: &SeriesExposure, is_lit: bool) -> f64 {
         let (light_e, dark_e) = self.charge_e(exposure, is_lit);
         let light_e_per_s = if is_lit { self.efficiency * exposure.photons / exposure.exposure_s() } else { 0.0 };
         let gathered = self.storage_dark_e_per_s + self.parasitic * light_e_per_s;
@@ -262,13 +262,13 @@ impl Model {
         let mut sum = Spot::default();
         for (x, weight) in normal_nodes(nodes_for(self.column_common_dn, sigma)) {
             let mean = self.pedestal_dn + x * self.column_common_dn;
-            sum.add(weight, &quantised(Level { mean, sigma }, 0.0, difference.reset_counts));
+            sum.add(weight, &quantised(RampLevel { mean, sigma }, 0.0, difference.reset_counts));
         }
         sum
     }
 
     /// Moments of one frame's codes, averaged over the patterns.
-    fn spot(&self, exposure: &Exposure, is_lit: bool, reset: &Spot) -> Spot {
+    fn spot(&self, exposure: &SeriesExposure, is_lit: bool, reset: &Spot) -> Spot {
         let (light_e, dark_e) = self.charge_e(exposure, is_lit);
         let response_e = self.prnu * light_e;
         let (row_e, thermal_e) = (self.row_e(exposure, is_lit), self.dcnu * dark_e);
@@ -299,17 +299,17 @@ impl Model {
         let Some(difference) = &self.difference else {
             let mut sum = Spot::default();
             for (x, weight) in normal_nodes(nodes_for(own_dn, sigma)) {
-                sum.add(weight, &quantised(Level { mean: mean + x * own_dn, sigma }, 0.0, self.code_max));
+                sum.add(weight, &quantised(RampLevel { mean: mean + x * own_dn, sigma }, 0.0, self.code_max));
             }
             return sum;
         };
         if self.meets_clip(difference, mean, sigma, own_dn) {
-            return self.clipped_spot(difference, Level { mean, sigma }, own_dn);
+            return self.clipped_spot(difference, RampLevel { mean, sigma }, own_dn);
         }
         let spread_dn = libm::hypot(own_dn, self.column_common_dn);
         let mut sum = Spot::default();
         for (x, weight) in normal_nodes(nodes_for(spread_dn, sigma)) {
-            sum.add(weight, &quantised(Level { mean: mean + x * spread_dn, sigma }, 0.0, self.code_max));
+            sum.add(weight, &quantised(RampLevel { mean: mean + x * spread_dn, sigma }, 0.0, self.code_max));
         }
         let mut found = sum.less(reset);
         found.moments.mean += difference.black_dn;
@@ -317,7 +317,7 @@ impl Model {
     }
 
     /// Whether a count or the code may clip, so that the two conversions cannot be taken apart.
-    fn meets_clip(&self, difference: &Difference, mean: f64, sigma: f64, own_dn: f64) -> bool {
+    fn meets_clip(&self, difference: &ConversionPair, mean: f64, sigma: f64, own_dn: f64) -> bool {
         let common = self.column_common_dn;
         let reset = self.reset_sigma_dn();
         let outside = |mean: f64, sigmas: [f64; 4], high: f64| {
@@ -331,15 +331,15 @@ impl Model {
     }
 
     /// Near a clip: the mixture over the reset's counts in each column.
-    fn clipped_spot(&self, difference: &Difference, signal: Level, own_dn: f64) -> Spot {
+    fn clipped_spot(&self, difference: &ConversionPair, signal: RampLevel, own_dn: f64) -> Spot {
         let sigma = self.reset_sigma_dn();
         let (own, common) = (normal_nodes(9), normal_nodes(15));
         let mut sum = Spot::default();
         for &(x, own_weight) in &own {
             for &(y, common_weight) in &common {
                 let offset = y * self.column_common_dn;
-                let level = Level { mean: signal.mean + x * own_dn + offset, ..signal };
-                let found = difference.moments(level, Level { mean: self.pedestal_dn + offset, sigma });
+                let level = RampLevel { mean: signal.mean + x * own_dn + offset, ..signal };
+                let found = difference.moments(level, RampLevel { mean: self.pedestal_dn + offset, sigma });
                 sum.add(own_weight * common_weight, &found);
             }
         }
@@ -348,7 +348,7 @@ impl Model {
 
     /// Third cumulant of the temporal noise: K^3 times that of f(N), and the quantiser's. For N Poisson of mean m (what leaks leaves it
     /// Poisson) the cumulant is f'^3 m + 3 f'^2 f'' m^2 and higher powers of f'' (delta method).
-    fn third_dn3(&self, set: &Set, moments: &Moments, is_lit: bool) -> f64 {
+    fn third_dn3(&self, set: &Set, moments: &Cumulants, is_lit: bool) -> f64 {
         let (light_e, dark_e) = self.charge_e(&set.half, is_lit);
         let mean_e = self.kept * (light_e + dark_e);
         let (slope, bend) = (self.slope(mean_e), -2.0 * self.compression / self.full_well_e);
@@ -370,7 +370,7 @@ impl Model {
     }
 
     /// Spatial variances of the mean frame, split as the standard splits them.
-    fn parts(&self, set: &Set, is_lit: bool, moments: &Moments) -> Parts {
+    fn parts(&self, set: &Set, is_lit: bool, moments: &Cumulants) -> SpatialVariances {
         let (light_e, dark_e) = self.charge_e(&set.half, is_lit);
         let k2 = self.gain_dn_per_e * self.gain_dn_per_e;
         let column_gain2 = self.column_gain * self.column_gain;
@@ -391,7 +391,7 @@ impl Model {
         let frames = f64::from(set.stack);
         let column_seen = column_seen + self.shared.column_dn2 / frames;
         let row_seen = row_seen + self.shared.row_dn2 / frames;
-        Parts {
+        SpatialVariances {
             mean_dn: moments.mean,
             stack_variance_dn2: moments.variance,
             total_dn2: total,

@@ -4,7 +4,7 @@ use crate::num::{f64_from_i64, greater, i64_truncated, lesser};
 
 /// Mean, variance and third cumulant of a random value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Moments {
+pub struct Cumulants {
     /// First moment.
     pub mean: f64,
     /// Second central moment.
@@ -46,7 +46,7 @@ pub fn clipped(mean: f64, sigma: f64, low: f64, high: f64) -> (f64, f64) {
 
 /// A normal level on a ramp, in codes above its bottom.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Level {
+pub struct RampLevel {
     /// Mean.
     pub mean: f64,
     /// Standard deviation.
@@ -54,13 +54,13 @@ pub struct Level {
 }
 
 /// Moments of floor(x) clipped to whole `low ..= high`, for x normal.
-pub fn quantised(level: Level, low: f64, high: f64) -> Moments {
-    let Level { mean, sigma } = level;
+pub fn quantised(level: RampLevel, low: f64, high: f64) -> Cumulants {
+    let RampLevel { mean, sigma } = level;
     if sigma > SMOOTH_SIGMA_DN {
         // floor(x) is x - 1/2 plus an error that is uniform while x is inside.
         let (clipped_mean, clipped_variance) = clipped(mean - 0.5, sigma, low, high);
         let inside = normal_cdf((high + 0.5 - mean) / sigma) - normal_cdf((low + 0.5 - mean) / sigma);
-        return Moments { mean: clipped_mean, variance: clipped_variance + greater(0.0, inside) / 12.0, third: 0.0 };
+        return Cumulants { mean: clipped_mean, variance: clipped_variance + greater(0.0, inside) / 12.0, third: 0.0 };
     }
     let first = first_code(level, low, high);
     // Sums of P(code >= k) from the lowest possible code: sums of small numbers keep their digits.
@@ -71,7 +71,7 @@ pub fn quantised(level: Level, low: f64, high: f64) -> Moments {
         squares += (2.0 * step - 1.0) * reached;
         cubes += (3.0 * step * step - 3.0 * step + 1.0) * reached;
     }
-    Moments {
+    Cumulants {
         mean: first + sum,
         variance: greater(0.0, squares - sum * sum),
         third: cubes - 3.0 * sum * squares + 2.0 * sum * sum * sum,
@@ -79,13 +79,13 @@ pub fn quantised(level: Level, low: f64, high: f64) -> Moments {
 }
 
 /// The lowest code that a level meets with any likelihood worth counting.
-fn first_code(level: Level, low: f64, high: f64) -> f64 {
+fn first_code(level: RampLevel, low: f64, high: f64) -> f64 {
     libm::floor(greater(low, lesser(high, level.mean - 9.0 * level.sigma - 1.0)))
 }
 
 /// Chance of each code above the first, or a greater one.
-fn reached(level: Level, low: f64, high: f64) -> impl Iterator<Item = f64> {
-    let Level { mean, sigma } = level;
+fn reached(level: RampLevel, low: f64, high: f64) -> impl Iterator<Item = f64> {
+    let RampLevel { mean, sigma } = level;
     let first = i64_truncated(first_code(level, low, high));
     let last = i64_truncated(libm::floor(greater(low, lesser(high, mean + 9.0 * sigma + 1.0))));
     (first + 1..=last).map(f64_from_i64).map(move |edge| {
@@ -95,7 +95,7 @@ fn reached(level: Level, low: f64, high: f64) -> impl Iterator<Item = f64> {
 
 /// Two conversions of one pixel: the reset level counts down from the black level, the signal up.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Difference {
+pub struct ConversionPair {
     /// Where the counter starts.
     pub black_dn: f64,
     /// Greatest count of the reset ramp.
@@ -104,9 +104,9 @@ pub struct Difference {
     pub code_max: f64,
 }
 
-impl Difference {
+impl ConversionPair {
     /// Moments of black - floor(reset) + floor(signal), each count and the result clipped: a mixture over the reset's counts.
-    pub fn moments(&self, signal: Level, reset: Level) -> Moments {
+    pub fn moments(&self, signal: RampLevel, reset: RampLevel) -> Cumulants {
         let first = first_code(reset, 0.0, self.reset_counts);
         let at_least: Vec<f64> = std::iter::once(1.0).chain(reached(reset, 0.0, self.reset_counts)).collect();
         let (mut sum, mut squares, mut cubes) = (0.0, 0.0, 0.0);
@@ -117,14 +117,14 @@ impl Difference {
             if !(chance > 0.0) {
                 continue;
             }
-            let found = quantised(Level { mean: signal.mean + shift, ..signal }, low, greater(low, high));
+            let found = quantised(RampLevel { mean: signal.mean + shift, ..signal }, low, greater(low, high));
             // About the signal's unclipped mean, so that no digits cancel.
             let step = found.mean - signal.mean;
             sum += chance * step;
             squares += chance * (found.variance + step * step);
             cubes += chance * (found.third + 3.0 * step * found.variance + step * step * step);
         }
-        Moments {
+        Cumulants {
             mean: signal.mean + sum,
             variance: greater(0.0, squares - sum * sum),
             third: cubes - 3.0 * sum * squares + 2.0 * sum * sum * sum,
@@ -159,7 +159,7 @@ mod tests {
     #[test]
     fn both_sides_of_the_seam_of_smoothness_agree() {
         for mean in [40.0, 40.25, 40.5, 63.2, 0.3] {
-            let at = |sigma| quantised(Level { mean, sigma }, 0.0, 64.0);
+            let at = |sigma| quantised(RampLevel { mean, sigma }, 0.0, 64.0);
             let (below, above) = (at(0.999_999_999), at(1.000_000_001));
             // First harmonic of the quantiser at sigma 1: exp(-2 pi^2) (4 sigma^2 + 1/pi^2) = 1.1e-8; at a clip the
             // code next to it makes up to half a code's worth of difference in what counts as inside.
@@ -171,16 +171,17 @@ mod tests {
 
     #[test]
     fn a_noiseless_value_has_one_code() {
-        let at = |mean| quantised(Level { mean, sigma: 0.0 }, 0.0, 15.0);
-        assert_eq!(at(7.9), Moments { mean: 7.0, variance: 0.0, third: 0.0 });
+        let at = |mean| quantised(RampLevel { mean, sigma: 0.0 }, 0.0, 15.0);
+        assert_eq!(at(7.9), Cumulants { mean: 7.0, variance: 0.0, third: 0.0 });
         assert_eq!((at(99.0).mean, at(-3.0).mean), (15.0, 0.0));
     }
 
     #[test]
     fn two_conversions_subtract_and_their_moments_add_until_a_clip_is_near() {
-        let both = Difference { black_dn: 64.0, reset_counts: 128.0, code_max: 1023.0 };
+        let both = ConversionPair { black_dn: 64.0, reset_counts: 128.0, code_max: 1023.0 };
         for (signal, reset) in [((164.3, 0.3), (64.9, 0.25)), ((500.0, 9.0), (63.5, 0.9)), ((70.0, 0.0), (64.5, 0.0))] {
-            let (signal, reset) = (Level { mean: signal.0, sigma: signal.1 }, Level { mean: reset.0, sigma: reset.1 });
+            let (signal, reset) =
+                (RampLevel { mean: signal.0, sigma: signal.1 }, RampLevel { mean: reset.0, sigma: reset.1 });
             let (up, down) = (quantised(signal, 0.0, 1023.0), quantised(reset, 0.0, 128.0));
             let found = both.moments(signal, reset);
             // Sums of some 20 terms of order 1e3, squared: 1e-10.
@@ -189,10 +190,13 @@ mod tests {
             assert!((found.third - up.third + down.third).abs() < 1e-6, "{found:?} {up:?} {down:?}");
         }
         // Beyond the ramp the signal counts 1023 always; the reset's count is left where it stands above the black level.
-        let full = both.moments(Level { mean: 2000.0, sigma: 0.0 }, Level { mean: 70.5, sigma: 0.0 });
+        let full = both.moments(RampLevel { mean: 2000.0, sigma: 0.0 }, RampLevel { mean: 70.5, sigma: 0.0 });
         assert_eq!((full.mean, full.variance), (1017.0, 0.0));
-        assert_eq!(both.moments(Level { mean: 2000.0, sigma: 0.0 }, Level { mean: 60.5, sigma: 0.0 }).mean, 1023.0);
-        assert_eq!(both.moments(Level { mean: 0.5, sigma: 0.0 }, Level { mean: 500.0, sigma: 0.0 }).mean, 0.0);
+        assert_eq!(
+            both.moments(RampLevel { mean: 2000.0, sigma: 0.0 }, RampLevel { mean: 60.5, sigma: 0.0 }).mean,
+            1023.0
+        );
+        assert_eq!(both.moments(RampLevel { mean: 0.5, sigma: 0.0 }, RampLevel { mean: 500.0, sigma: 0.0 }).mean, 0.0);
     }
 
     #[test]

@@ -4,11 +4,11 @@
 use super::Characterization;
 use super::defects::Histogram;
 use super::map::map;
-use super::measure::{Point, Transfer};
+use super::measure::{PhotonTransfer, TransferPoint};
 use super::record::Figure;
 use crate::config::inherited::Inherited;
 use crate::num::{f64_from_u64, f64_from_usize};
-use crate::report::chart::{Axes, Ink, Series, Shape, chart};
+use crate::report::chart::{Axes, Ink, Series, SeriesShape, chart};
 use crate::report::escape::escaped;
 
 /// The whole page.
@@ -57,7 +57,7 @@ pub(super) fn pair(left: &str, right: &str) -> String {
 
 fn header(record: &Characterization) -> String {
     let set = &record.set;
-    let longest_s = set.points.last().map_or(0.0, super::set::Exposure::exposure_s);
+    let longest_s = set.points.last().map_or(0.0, super::set::SeriesExposure::exposure_s);
     let mut chips = vec![
         format!("{} \u{d7} {} px, {} bit", set.size.width_px, set.size.height_px, set.bits),
         format!("{} points, two bright and two dark frames each", set.points.len()),
@@ -90,22 +90,22 @@ fn header(record: &Characterization) -> String {
 }
 
 pub(super) fn dots(name: &str, ink: Ink, points: Vec<(f64, f64)>) -> Series<'_> {
-    Series { name, ink, shape: Shape::Dots, runs: vec![points] }
+    Series { name, ink, shape: SeriesShape::Dots, runs: vec![points] }
 }
 
 pub(super) fn line(name: &str, ink: Ink, points: Vec<(f64, f64)>) -> Series<'_> {
-    Series { name, ink, shape: Shape::Line(2), runs: vec![points] }
+    Series { name, ink, shape: SeriesShape::Line(2), runs: vec![points] }
 }
 
-fn points_of(record: &Characterization, of: impl Fn(&Point) -> (f64, f64)) -> Vec<(f64, f64)> {
+fn points_of(record: &Characterization, of: impl Fn(&TransferPoint) -> (f64, f64)) -> Vec<(f64, f64)> {
     record.summary.transfer.points.iter().map(of).collect()
 }
 
 fn transfer(record: &Characterization) -> String {
     let transfer = &record.summary.transfer;
-    let shot = |point: &Point| (point.signal_dn(), point.variance_dn2 - point.dark_variance_dn2);
+    let shot = |point: &TransferPoint| (point.signal_dn(), point.variance_dn2 - point.dark_variance_dn2);
     let k = record.measured("K");
-    let last = transfer.sensitivity().last().map_or(0.0, Point::signal_dn);
+    let last = transfer.sensitivity().last().map_or(0.0, TransferPoint::signal_dn);
     let full = &transfer.points[transfer.saturation()];
     let axes = Axes {
         title: "Photon transfer",
@@ -133,7 +133,7 @@ fn noise_ratio(record: &Characterization) -> String {
     let noise_e2 = of("sigma_y_dark") * of("sigma_y_dark") / (of("K") * of("K"));
     let squared = |name: &str| if of(name).is_finite() { of(name) * of(name) } else { 0.0 };
     let (dsnu_e2, prnu2) = (squared("DSNU1288"), squared("PRNU1288") * 1e-4);
-    let measured = |point: &Point| (point.photons, point.signal_dn() / point.variance_dn2.sqrt());
+    let measured = |point: &TransferPoint| (point.photons, point.signal_dn() / point.variance_dn2.sqrt());
     let curve = |of: &dyn Fn(f64) -> f64| -> Vec<(f64, f64)> {
         let (Some(first), Some(last)) = (record.set.points.first(), record.set.points.last()) else {
             return Vec::new();
@@ -184,7 +184,7 @@ fn linearity(record: &Characterization) -> String {
 fn deviations(record: &Characterization) -> String {
     let transfer = &record.summary.transfer;
     let fitted = transfer.linear(transfer.saturation());
-    let found = Transfer::deviations(fitted, fitted);
+    let found = PhotonTransfer::deviations(fitted, fitted);
     let points: Vec<(f64, f64)> =
         fitted.iter().zip(found).map(|(point, deviation)| (point.photons, deviation)).collect();
     let axes =
@@ -231,7 +231,7 @@ fn integral(record: &Characterization) -> String {
     section("Converter: ramp", &lead, &chart(&axes, &[line("INL", Ink::One, thinned(&record.density.inl_lsb))]))
 }
 
-fn dark_chart(record: &Characterization, title: &str, label: &str, of: impl Fn(&Point) -> f64) -> String {
+fn dark_chart(record: &Characterization, title: &str, label: &str, of: impl Fn(&TransferPoint) -> f64) -> String {
     let points = points_of(record, |point| (point.exposure_ns * 1e-6, of(point)));
     let (slope, offset) = super::fits::line(&points);
     let ends = [points.first(), points.last()].into_iter().flatten().map(|&(x, _)| (x, slope * x + offset)).collect();

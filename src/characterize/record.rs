@@ -5,12 +5,12 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::analysis::{Figures, Summary, figures};
-use super::bench::Bench;
+use super::bench::SensorBench;
 use super::defects::{Histogram, high_passed, histogram};
-use super::measure::{Measurement, Point};
+use super::measure::{ChannelMeasurement, TransferPoint};
 use super::set::Set;
 use super::spatial::{Profile, profiles, spectrogram, transposed};
-use super::truth::{Truth, Want};
+use super::truth::{ChannelTruth, Want};
 use super::uncertainty::{DieErrors, standard_errors, variance_squares};
 use crate::adc::density::{Density, Linearity, linearity, ramp_histogram};
 use crate::adc::{AdcParams, Converter};
@@ -107,7 +107,7 @@ pub(super) fn unit(name: &str) -> &'static str {
 
 impl Characterization {
     /// Analyses a measurement.
-    pub fn new(name: &str, resolved: &Resolved, bench: &Bench, measurement: &Measurement) -> Self {
+    pub fn new(name: &str, resolved: &Resolved, bench: &SensorBench, measurement: &ChannelMeasurement) -> Self {
         let summary = Summary::of(measurement);
         let measured = figures(&summary);
         let errors = standard_errors(&summary, &measured, &variance_squares(&summary.transfer), DieErrors::default());
@@ -167,7 +167,7 @@ impl Characterization {
     /// The whole record as text.
     pub fn to_json(&self) -> String {
         let set = &self.set;
-        let record = Record {
+        let record = CharacterizationRecord {
             schema_version: SCHEMA_VERSION,
             version: env!("CARGO_PKG_VERSION"),
             standard: "EMVA 1288 release 4.0",
@@ -184,7 +184,7 @@ impl Characterization {
                 "width_px": set.size.width_px, "height_px": set.size.height_px, "bits": set.bits,
                 "points": set.points.len(), "stack": set.stack, "frames": set.frames(),
                 "photons_per_s": set.photons_per_s, "saturation_e": set.saturation_e,
-                "exposure_max_s": set.points.last().map(super::set::Exposure::exposure_s),
+                "exposure_max_s": set.points.last().map(super::set::SeriesExposure::exposure_s),
                 "sequencer_exposure_max_s": set.exposure_limit_s,
                 "exposures": "set freely in whole nanoseconds under constant light; \
                               the sequencer rounds to lines and ends at sequencer_exposure_max_s",
@@ -271,7 +271,7 @@ fn efficiency(resolved: &Resolved) -> String {
 }
 
 /// The standard covers sensors of one reading a pixel.
-fn reading(bench: &Bench) -> Option<&'static str> {
+fn reading(bench: &SensorBench) -> Option<&'static str> {
     let sensor = bench.sensor();
     if sensor.second.is_some() {
         return Some("the reading at the higher conversion gain alone, before both are merged");
@@ -282,7 +282,7 @@ fn reading(bench: &Bench) -> Option<&'static str> {
 
 /// The form of `characterization.json`.
 #[derive(Serialize)]
-struct Record<'a> {
+struct CharacterizationRecord<'a> {
     schema_version: u32,
     version: &'static str,
     standard: &'static str,
@@ -299,13 +299,13 @@ struct Record<'a> {
     figures: &'a Ordered<Figure>,
     converter: Value,
     dark_clipped: f64,
-    transfer: &'a [Point],
+    transfer: &'a [TransferPoint],
     spectrograms: Value,
     profiles: Value,
     histograms: Value,
 }
 
-impl Truth {
+impl ChannelTruth {
     /// `truth.json`: the expected values of all figures that the judge computes (it computes neither `u_e_min` nor `SNR_max_dB`).
     pub fn to_json(&self) -> String {
         let judged = self.wants.iter().filter(|(name, _)| !["u_e_min", "SNR_max_dB"].contains(name));
@@ -314,7 +314,7 @@ impl Truth {
     }
 }
 
-fn maps(measurement: &Measurement) -> (Vec<f64>, Vec<f64>) {
+fn maps(measurement: &ChannelMeasurement) -> (Vec<f64>, Vec<f64>) {
     let (dark, bright) = (measurement.dark.means_dn(), measurement.bright.means_dn());
     let mean = |values: &[f64]| values.iter().sum::<f64>() / crate::num::f64_from_usize(values.len());
     let dark_mean = mean(&dark);
@@ -326,7 +326,7 @@ fn maps(measurement: &Measurement) -> (Vec<f64>, Vec<f64>) {
     )
 }
 
-fn histograms(measurement: &Measurement) -> (Histogram, Histogram) {
+fn histograms(measurement: &ChannelMeasurement) -> (Histogram, Histogram) {
     let signed = |sum: &u64| i64::try_from(*sum).expect("sums of 16-bit codes stay far below 2^63");
     let dark: Vec<i64> = measurement.dark.sums.iter().map(signed).collect();
     let response: Vec<i64> = measurement.bright.sums.iter().zip(&dark).map(|(sum, dark)| signed(sum) - dark).collect();

@@ -4,7 +4,7 @@
 //! point; section 8: stacks of bright and dark frames at half saturation. Light is constant and the exposure time varies (method 1),
 //! so that dark current is measured as well.
 
-use super::channel::Channel;
+use super::channel::ColourPlane;
 use crate::error::Error;
 use crate::num::{f32_nearest, f64_from_u64, greater, lesser, u64_half_even};
 use crate::run::SensorSetup;
@@ -12,7 +12,7 @@ use crate::units::{FrameIndex, Size};
 
 /// How large the measurement is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
+pub struct MeasurementSize {
     /// Rows and columns that are measured, of the colour plane where there are several; none: 320 x 240, or all where that is less.
     pub size: Option<Size>,
     /// Points of photon transfer.
@@ -23,7 +23,7 @@ pub struct Options {
     pub channel: Option<char>,
 }
 
-impl Default for Options {
+impl Default for MeasurementSize {
     fn default() -> Self {
         Self { size: None, points: 42, stack: 48, channel: None }
     }
@@ -40,14 +40,14 @@ const LAST_SHARE: f64 = 1.14;
 
 /// One exposure time of the series, or of the stacks.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Exposure {
+pub struct SeriesExposure {
     /// Whole nanoseconds.
     pub exposure_ns: u64,
     /// Mean photons on a pixel under light: exactly what the frames are made from.
     pub photons: f64,
 }
 
-impl Exposure {
+impl SeriesExposure {
     /// In seconds.
     pub fn exposure_s(&self) -> f64 {
         f64_from_u64(self.exposure_ns) * 1e-9
@@ -60,15 +60,15 @@ pub struct Set {
     /// The measured region, of its colour plane.
     pub size: Size,
     /// The colour plane.
-    pub channel: Channel,
+    pub channel: ColourPlane,
     /// Electrons per photon before the filter: QE as the standard means it, fill factor included.
     pub efficiency: f64,
     /// Depth of the codes.
     pub bits: u32,
     /// Photon transfer, exposure rising.
-    pub points: Vec<Exposure>,
+    pub points: Vec<SeriesExposure>,
     /// Of both stacks.
-    pub half: Exposure,
+    pub half: SeriesExposure,
     /// Frames of each stack.
     pub stack: u32,
     /// Constant light.
@@ -81,11 +81,11 @@ pub struct Set {
 
 /// One frame to shoot.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Shot {
+pub struct PlannedShot {
     /// Counted over the whole measurement: no two frames share their noise.
     pub frame: FrameIndex,
     /// Exposure and light.
-    pub exposure: Exposure,
+    pub exposure: SeriesExposure,
     /// Whether there is light.
     pub is_lit: bool,
     /// Point of the series; none for the stacks.
@@ -97,8 +97,8 @@ pub struct Shot {
 impl Set {
     /// Chooses light and exposures for a sensor.
     /// Fails on options out of range, or a sensor that does not respond to light.
-    pub fn new(sensor: &SensorSetup, options: &Options) -> Result<Self, Error> {
-        let channel = Channel::choose(&sensor.mosaic, options.channel)?;
+    pub fn new(sensor: &SensorSetup, options: &MeasurementSize) -> Result<Self, Error> {
+        let channel = ColourPlane::choose(&sensor.mosaic, options.channel)?;
         let size = region(channel.plane_size(sensor.array), options)?;
         count("points", options.points, 40, 1000)?;
         count("stack", options.stack, 32, 2000)?;
@@ -135,24 +135,24 @@ impl Set {
     pub fn of_frames(
         sensor: &SensorSetup,
         size: Size,
-        points: Vec<Exposure>,
-        half: Exposure,
+        points: Vec<SeriesExposure>,
+        half: SeriesExposure,
         stack: u32,
     ) -> Result<Self, Error> {
-        let usual = Self::new(sensor, &Options { size: Some(size), ..Options::default() })?;
+        let usual = Self::new(sensor, &MeasurementSize { size: Some(size), ..MeasurementSize::default() })?;
         let photons_per_s = half.photons / half.exposure_s();
         Ok(Self { points, half, stack, photons_per_s, ..usual })
     }
 
     /// Every frame, in the order in which the descriptor names them.
-    pub fn shots(&self) -> impl Iterator<Item = Shot> {
+    pub fn shots(&self) -> impl Iterator<Item = PlannedShot> {
         let points = self.points.iter().enumerate().map(|(index, &exposure)| (Some(index), exposure, 2));
         let all = points.chain([(None, self.half, self.stack)]);
         let frames = all.flat_map(|(point, exposure, count)| {
             let lights = [true, false].into_iter();
             lights.flat_map(move |is_lit| (0..count).map(move |index| (point, exposure, is_lit, index == 0)))
         });
-        (0..).zip(frames).map(|(number, (point, exposure, is_lit, is_first))| Shot {
+        (0..).zip(frames).map(|(number, (point, exposure, is_lit, is_first))| PlannedShot {
             frame: FrameIndex(number),
             exposure,
             is_lit,
@@ -168,10 +168,10 @@ impl Set {
 }
 
 /// Whole nanoseconds, and photons as the frames' `f32` holds them, so that descriptor and frames agree to the last bit.
-fn exposure(photons_per_s: f64, exposure_s: f64) -> Exposure {
+fn exposure(photons_per_s: f64, exposure_s: f64) -> SeriesExposure {
     let exposure_ns = u64_half_even(1e9 * exposure_s).max(1);
     let photons = f64::from(f32_nearest(photons_per_s * f64_from_u64(exposure_ns) * 1e-9));
-    Exposure { exposure_ns, photons }
+    SeriesExposure { exposure_ns, photons }
 }
 
 /// Shares of saturation: three quarters of the points rise evenly to 90 %, the rest bracket saturation in steps of some 2 %, because
@@ -204,7 +204,7 @@ fn exposure_max_s(sensor: &SensorSetup, saturation_e: f64) -> f64 {
     greater(lesser(greater(longest_s, wanted_s), 0.05 * saturation_e / rate_e_per_s), 1e-6)
 }
 
-fn region(array: Size, options: &Options) -> Result<Size, Error> {
+fn region(array: Size, options: &MeasurementSize) -> Result<Size, Error> {
     let Some(asked) = options.size else {
         return Ok(Size {
             width_px: array.width_px.min(SIZE.width_px),

@@ -1,6 +1,6 @@
 //! One frame of uniform light: returns the codes of a shot. Only this file calls the chain for a frame.
 
-use super::set::{Exposure, Set, Shot};
+use super::set::{PlannedShot, SeriesExposure, Set};
 use crate::effects::chain::{Capture, Chain, RowTimes};
 use crate::num::{f64_from_usize, greater};
 use crate::plane::Plane;
@@ -29,7 +29,7 @@ impl Times {
             storage_s: (0..rows).map(wait_s).collect(),
             kept_s: (0..set.size.height_px).map(|row| wait_s(set.channel.array_row(row))).collect(),
             line_s: schedule.line_time_s(),
-            period_s: greater(schedule.frame_time_s(), set.points.last().map_or(0.0, Exposure::exposure_s)),
+            period_s: greater(schedule.frame_time_s(), set.points.last().map_or(0.0, SeriesExposure::exposure_s)),
         }
     }
 
@@ -45,7 +45,7 @@ impl Times {
     }
 
     /// Of a shot.
-    fn of(&self, shot: &Shot) -> Vec<RowTimes> {
+    fn of(&self, shot: &PlannedShot) -> Vec<RowTimes> {
         let exposure_s = shot.exposure.exposure_s();
         let start_s = f64::from(shot.frame.0) * self.period_s;
         let row = |(row, &storage_s): (usize, &f64)| RowTimes {
@@ -58,7 +58,7 @@ impl Times {
 }
 
 /// Codes of one shot.
-pub fn shoot(chain: &Chain, set: &Set, shot: &Shot, times: &Times) -> Plane<u16> {
+pub fn shoot(chain: &Chain, set: &Set, shot: &PlannedShot, times: &Times) -> Plane<u16> {
     let photons = if shot.is_lit { shot.exposure.photons } else { 0.0 };
     let light = set.channel.light(set.channel.array_size(set.size), photons);
     let captured = chain.capture(&light, Capture::single(CameraIndex(0), shot.frame), &times.of(shot));

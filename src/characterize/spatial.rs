@@ -1,12 +1,12 @@
 //! Spatial figures of a stack's mean frame. Splits the spatial variance into rows, columns and pixels (EMVA 1288 release 4.0, section 8.2,
 //! equations 36 to 44), and computes profiles (8.5) and spectrograms (8.4).
 
-use super::measure::Stack;
+use super::measure::StackSums;
 use crate::num::{f64_from_u64, f64_from_usize};
 
 /// Spatial variances of one stack, freed from temporal noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Parts {
+pub struct SpatialVariances {
     /// Mean over all pixels.
     pub mean_dn: f64,
     /// Temporal variance, averaged over pixels: sigma_y.stack^2.
@@ -41,7 +41,7 @@ pub fn line_means(values: &[f64], width: usize) -> (Vec<f64>, Vec<f64>) {
 }
 
 /// Variances of a stack.
-pub fn parts(stack: &Stack) -> Parts {
+pub fn parts(stack: &StackSums) -> SpatialVariances {
     let means = stack.means_dn();
     let width = crate::num::index(stack.size.width_px);
     let (rows, columns): (f64, f64) = (stack.size.height_px.into(), stack.size.width_px.into());
@@ -58,7 +58,7 @@ pub fn parts(stack: &Stack) -> Parts {
     let row_average = squares(&row_means) / rows - stack_variance / (frames * columns);
     // Equations 42 to 44 solve for the parts, since a mean of a column holds 1 / M of the pixels' variance as well.
     let rest = count - rows - columns;
-    Parts {
+    SpatialVariances {
         mean_dn: mean,
         stack_variance_dn2: stack_variance,
         total_dn2: total,

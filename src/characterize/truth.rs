@@ -6,10 +6,10 @@
 
 use serde::Serialize;
 
-use super::analysis::{DARK_VARIANCE_MIN_DN2, Figures, Shape, Summary, figures};
+use super::analysis::{DARK_VARIANCE_MIN_DN2, Figures, NoiseShape, Summary, figures};
 use super::beyond::beyond;
-use super::measure::Transfer;
-use super::model::{Expectation, Model};
+use super::measure::PhotonTransfer;
+use super::model::{EmvaModel, Expectation};
 use super::set::Set;
 use super::uncertainty::{deviation_errors, standard_errors};
 use crate::num::{greater, lesser, u64_half_even};
@@ -56,7 +56,7 @@ pub struct Want {
 
 /// The truth about one channel.
 #[derive(Clone, Debug, Default)]
-pub struct Truth {
+pub struct ChannelTruth {
     /// By figure.
     pub wants: Ordered<Want>,
     /// Why a figure is not measurable on this sensor with this set.
@@ -66,14 +66,14 @@ pub struct Truth {
 }
 
 /// The truth about a sensor measured by a set.
-pub fn truth(sensor: &SensorSetup, set: &Set) -> Truth {
-    let model = Model::new(sensor, set);
+pub fn truth(sensor: &SensorSetup, set: &Set) -> ChannelTruth {
+    let model = EmvaModel::new(sensor, set);
     let expectation = model.expect(set);
     // A line's mean holds all of what it shares, and its share of the rest, which the figure takes off.
     let common = |shared_dn2: f64, length: u32| {
         shared_dn2 / expectation.bright.stack_variance_dn2 * (1.0 - 1.0 / f64::from(length))
     };
-    let shape = Shape {
+    let shape = NoiseShape {
         third_dn3: expectation.third_dn3,
         rho_frame: 0.0,
         rho_row: common(model.shared.row_dn2, set.size.width_px),
@@ -83,7 +83,7 @@ pub fn truth(sensor: &SensorSetup, set: &Set) -> Truth {
         Summary { transfer: expectation.transfer.clone(), bright: expectation.bright, dark: expectation.dark, shape };
     let expected = figures(&summary);
     let errors = standard_errors(&summary, &expected, &expectation.variance_squares, expectation.die);
-    let mut truth = Truth::default();
+    let mut truth = ChannelTruth::default();
     if let Some(reason) = nothing_measurable(sensor, set, &model, &expectation) {
         expected.iter().for_each(|(name, _)| truth.not_measurable.insert(name, reason.clone()));
         return truth;
@@ -109,7 +109,7 @@ pub fn truth(sensor: &SensorSetup, set: &Set) -> Truth {
 }
 
 /// Reasons that leave no figure at all.
-fn nothing_measurable(sensor: &SensorSetup, set: &Set, model: &Model, expectation: &Expectation) -> Option<String> {
+fn nothing_measurable(sensor: &SensorSetup, set: &Set, model: &EmvaModel, expectation: &Expectation) -> Option<String> {
     let (_, dark_e) = model.charge_e(&set.half, false);
     if dark_e > DARK_FILL_MAX * set.saturation_e {
         return Some(format!(
@@ -148,7 +148,7 @@ fn nothing_measurable(sensor: &SensorSetup, set: &Set, model: &Model, expectatio
 
 /// Relative error of PRNU where dark noise does not dither the quantiser: the dark pattern's variance may then be off by as much as 1/4
 /// DN^2, that of a code that flips. Counted as 4.5 standard errors, so that it is added once.
-fn hidden_pattern(model: &Model, summary: &Summary) -> f64 {
+fn hidden_pattern(model: &EmvaModel, summary: &Summary) -> f64 {
     if model.dark_sigma_dn() >= DARK_SIGMA_MIN_DN {
         return 0.0;
     }
@@ -175,7 +175,7 @@ fn want(
     name: &str,
     value: f64,
     error: f64,
-    model: &Model,
+    model: &EmvaModel,
     set: &Set,
     saturation: &SaturationRange,
     expected: &Figures,
@@ -225,7 +225,7 @@ fn plain(value: f64, tolerance: f64) -> Result<Want, String> {
 }
 
 /// A positive figure: measurable where 4.5 standard errors of its square (2 x SE(x)) keep it above zero.
-fn measured(name: &str, value: f64, error: f64, model: &Model, set: &Set) -> Result<Want, String> {
+fn measured(name: &str, value: f64, error: f64, model: &EmvaModel, set: &Set) -> Result<Want, String> {
     let relative = SIGMAS * error / value;
     let rooted = name.starts_with("DSNU") || name.starts_with("PRNU") || name.starts_with("sigma");
     if !(relative < 0.5) {
@@ -243,7 +243,7 @@ fn measured(name: &str, value: f64, error: f64, model: &Model, set: &Set) -> Res
 }
 
 /// Relative standard error of the die's mean gain over the measured columns and pixels, where a figure carries it.
-fn pattern_error(name: &str, model: &Model, set: &Set) -> f64 {
+fn pattern_error(name: &str, model: &EmvaModel, set: &Set) -> f64 {
     let columns = model.column_gain / f64::from(set.size.width_px).sqrt();
     let pixels = model.prnu / crate::num::f64_from_usize(set.size.pixel_count()).sqrt();
     match name {
@@ -264,7 +264,7 @@ struct SaturationRange {
 impl SaturationRange {
     /// Every point whose variance is within 4.5 standard errors of the greatest may turn out greatest.
     fn of(expectation: &Expectation) -> Self {
-        let transfer: &Transfer = &expectation.transfer;
+        let transfer: &PhotonTransfer = &expectation.transfer;
         let error =
             |index: usize| expectation.die.variance_error(expectation.variance_squares[index][0], transfer.pixels);
         let variance = |index: usize| transfer.points[index].variance_dn2;
@@ -276,7 +276,7 @@ impl SaturationRange {
             let photons = transfer.points[index].photons;
             range.photons = [lesser(range.photons[0], photons), greater(range.photons[1], photons)];
             let fitted = transfer.linear(index);
-            let deviations = Transfer::deviations(fitted, fitted);
+            let deviations = PhotonTransfer::deviations(fitted, fitted);
             for (deviation, error) in deviations.into_iter().zip(deviation_errors(transfer, index, expectation.die)) {
                 range.deviation[0] = lesser(range.deviation[0], deviation - SIGMAS * error);
                 range.deviation[1] = greater(range.deviation[1], deviation + SIGMAS * error);
@@ -287,7 +287,7 @@ impl SaturationRange {
 }
 
 /// Plain values of the configuration with their formulas.
-fn configured(model: &Model, set: &Set) -> Ordered<(f64, &'static str)> {
+fn configured(model: &EmvaModel, set: &Set) -> Ordered<(f64, &'static str)> {
     let k = model.gain_dn_per_e * (1.0 + model.column_gain * model.column_gain);
     let noise_e = libm::hypot(model.noise_e(), (model.storage_dark_e_per_s * model.storage_s).sqrt());
     let sigma_y = greater(k * k * noise_e * noise_e + model.conversions() / 12.0, DARK_VARIANCE_MIN_DN2).sqrt();

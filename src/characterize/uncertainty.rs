@@ -11,9 +11,9 @@
 
 use super::analysis::{Figures, PARTS, Summary};
 use super::fits;
-use super::measure::{Point, Transfer};
-use super::shared::Shared;
-use super::spatial::Parts;
+use super::measure::{PhotonTransfer, TransferPoint};
+use super::shared::SharedVariance;
+use super::spatial::SpatialVariances;
 use crate::num::{f64_from_usize, greater};
 
 /// Noise beyond that of independent pixels: the die's columns, whose offsets meet quantisers at different phases (one standard
@@ -26,7 +26,7 @@ pub struct DieErrors {
     /// Of the temporal variance.
     pub variance_dn2: f64,
     /// Noise that lines share.
-    pub shared: Shared,
+    pub shared: SharedVariance,
     /// Rows of a frame.
     pub rows: f64,
     /// Columns of a frame.
@@ -35,7 +35,7 @@ pub struct DieErrors {
 
 impl Default for DieErrors {
     fn default() -> Self {
-        Self { mean_dn: 0.0, variance_dn2: 0.0, shared: Shared::default(), rows: 1.0, columns: 1.0 }
+        Self { mean_dn: 0.0, variance_dn2: 0.0, shared: SharedVariance::default(), rows: 1.0, columns: 1.0 }
     }
 }
 
@@ -55,14 +55,15 @@ impl DieErrors {
     }
 
     /// Standard error of a point's signal, bright less dark.
-    fn signal_error(&self, point: &Point, pixels: f64) -> f64 {
+    fn signal_error(&self, point: &TransferPoint, pixels: f64) -> f64 {
         (self.mean_error_dn2(point.variance_dn2, pixels) + self.mean_error_dn2(point.dark_variance_dn2, pixels)).sqrt()
     }
 }
 
 /// Mean square of the pixels' variances at each point, bright and dark. Measured points take the square of the mean.
-pub fn variance_squares(transfer: &Transfer) -> Vec<[f64; 2]> {
-    let squares = |point: &Point| [point.variance_dn2, point.dark_variance_dn2].map(|variance| variance * variance);
+pub fn variance_squares(transfer: &PhotonTransfer) -> Vec<[f64; 2]> {
+    let squares =
+        |point: &TransferPoint| [point.variance_dn2, point.dark_variance_dn2].map(|variance| variance * variance);
     transfer.points.iter().map(squares).collect()
 }
 
@@ -137,17 +138,18 @@ fn sensitivity(summary: &Summary, figures: &Figures, squares: &[[f64; 2]], die: 
 
 /// Standard error in % of each fitted point's relative deviation: its own, and the fitted line's, which is at most that of two
 /// parameters found from all of them.
-pub fn deviation_errors(transfer: &Transfer, saturation: usize, die: DieErrors) -> Vec<f64> {
+pub fn deviation_errors(transfer: &PhotonTransfer, saturation: usize, die: DieErrors) -> Vec<f64> {
     let fitted = transfer.linear(saturation);
-    let own =
-        |point: &Point| 100.0 * libm::hypot(die.signal_error(point, transfer.pixels), die.mean_dn) / point.signal_dn();
+    let own = |point: &TransferPoint| {
+        100.0 * libm::hypot(die.signal_error(point, transfer.pixels), die.mean_dn) / point.signal_dn()
+    };
     let most = fitted.iter().map(own).fold(0.0, greater);
     let line = most * (2.0 / f64_from_usize(fitted.len().max(1))).sqrt();
     fitted.iter().map(|point| libm::hypot(own(point), line)).collect()
 }
 
 /// Lines or pixels that a part is averaged over, and the noise that is left in the mean of one.
-fn averaging(suffix: &str, parts: &Parts, shared: Shared) -> (f64, f64) {
+fn averaging(suffix: &str, parts: &SpatialVariances, shared: SharedVariance) -> (f64, f64) {
     let noise = parts.stack_variance_dn2 / parts.frames;
     let pixel = crate::num::greater(0.0, parts.pixel_dn2) + noise;
     match suffix {
@@ -158,7 +160,12 @@ fn averaging(suffix: &str, parts: &Parts, shared: Shared) -> (f64, f64) {
 }
 
 /// Standard error of a part of the dark stack's spatial variance, in DN^2.
-pub fn dark_part_error(suffix: &str, parts: &Parts, shared: Shared, part: impl Fn(&Parts) -> f64) -> f64 {
+pub fn dark_part_error(
+    suffix: &str,
+    parts: &SpatialVariances,
+    shared: SharedVariance,
+    part: impl Fn(&SpatialVariances) -> f64,
+) -> f64 {
     let (count, noise) = averaging(suffix, parts, shared);
     (2.0 / (count - 1.0)).sqrt() * (greater(0.0, part(parts)) + noise)
 }
@@ -167,10 +174,10 @@ pub fn dark_part_error(suffix: &str, parts: &Parts, shared: Shared, part: impl F
 /// chance correlation with the response's pattern, 2 sqrt(d s_dark^2 / m).
 pub fn bright_part_error(
     suffix: &str,
-    bright: &Parts,
-    dark: &Parts,
-    shared: Shared,
-    part: impl Fn(&Parts) -> f64,
+    bright: &SpatialVariances,
+    dark: &SpatialVariances,
+    shared: SharedVariance,
+    part: impl Fn(&SpatialVariances) -> f64,
 ) -> f64 {
     let ((count, bright_noise), (_, dark_noise)) = (averaging(suffix, bright, shared), averaging(suffix, dark, shared));
     let pattern = greater(0.0, part(dark));
@@ -181,14 +188,18 @@ pub fn bright_part_error(
 }
 
 /// The whole variance is the sum of its parts, and so is its error's square.
-fn whole(error: impl Fn(&str, fn(&Parts) -> f64) -> f64, suffix: &str, part: fn(&Parts) -> f64) -> f64 {
+fn whole(
+    error: impl Fn(&str, fn(&SpatialVariances) -> f64) -> f64,
+    suffix: &str,
+    part: fn(&SpatialVariances) -> f64,
+) -> f64 {
     if !suffix.is_empty() {
         return error(suffix, part);
     }
     PARTS[1..].iter().map(|&(suffix, part)| error(suffix, part)).fold(0.0, libm::hypot)
 }
 
-fn nonuniformity(summary: &Summary, figures: &Figures, shared: Shared, errors: &mut Figures) {
+fn nonuniformity(summary: &Summary, figures: &Figures, shared: SharedVariance, errors: &mut Figures) {
     let (bright, dark) = (&summary.bright, &summary.dark);
     let of = |name: &str| *figures.get(name).expect("errors belong to figures that exist");
     let k_relative = *errors.get("K").expect("sensitivity comes first") / of("K");
@@ -206,11 +217,11 @@ fn nonuniformity(summary: &Summary, figures: &Figures, shared: Shared, errors: &
     }
 }
 
-fn shape(summary: &Summary, figures: &Figures, shared: Shared, errors: &mut Figures) {
+fn shape(summary: &Summary, figures: &Figures, shared: SharedVariance, errors: &mut Figures) {
     let (bright, dark) = (&summary.bright, &summary.dark);
     let (frames, pixels) = (bright.frames, summary.transfer.pixels);
     let cumulant = (6.0 * frames / ((frames - 1.0) * (frames - 2.0) * pixels)).sqrt();
-    let third = |parts: &Parts| {
+    let third = |parts: &SpatialVariances| {
         let variance = parts.stack_variance_dn2;
         cumulant * variance * variance.sqrt()
     };

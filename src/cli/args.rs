@@ -18,12 +18,12 @@ pub struct Arguments {
     pub verb: Option<Verb>,
     /// Options of every verb.
     #[command(flatten)]
-    pub shared: Shared,
+    pub shared: CommonOptions,
 }
 
 /// Options of every verb.
 #[derive(Args, Debug)]
-pub struct Shared {
+pub struct CommonOptions {
     /// Sets one key of the scenario, as in --set sensor.adc.bits=8; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE", global = true)]
     pub set: Vec<String>,

@@ -4,21 +4,21 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use sensel::characterize::{Bench, Characterization, Options};
+use sensel::characterize::{Characterization, MeasurementSize, SensorBench};
 use sensel::error::Error;
 use sensel::files::emva::EmvaWriter;
 use sensel::files::folder::OutputFolder;
 use sensel::units::Size;
 
-use super::args::{CharacterizeArguments, Shared};
+use super::args::{CharacterizeArguments, CommonOptions};
 use super::{interrupt, place, progress, setup, words};
 
 /// `sensel characterize`.
-pub fn main(arguments: &CharacterizeArguments, shared: &Shared) -> Result<(), Error> {
+pub fn main(arguments: &CharacterizeArguments, shared: &CommonOptions) -> Result<(), Error> {
     let started = Instant::now();
     let place::Located { name, resolved, .. } = place::locate_sensor(arguments.sensor.as_deref(), shared)?;
     setup::use_threads(resolved.scenario.threads().map_err(|error| resolved.tree.locate(error))?)?;
-    let bench = Bench::new(&resolved, &options(arguments)?)?;
+    let bench = SensorBench::new(&resolved, &options(arguments)?)?;
     words::warn(&resolved.inheritance_warnings());
     let target = shared.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{name}-emva1288")));
     let interrupted = interrupt::watch();
@@ -52,10 +52,10 @@ fn write(folder: &Path, name: &str, text: &str) -> Result<(), Error> {
     std::fs::write(&path, text).map_err(|source| place::io(&path, source))
 }
 
-fn options(arguments: &CharacterizeArguments) -> Result<Options, Error> {
+fn options(arguments: &CharacterizeArguments) -> Result<MeasurementSize, Error> {
     let size = arguments.size.as_deref().map(size).transpose()?;
-    let usual = Options::default();
-    Ok(Options {
+    let usual = MeasurementSize::default();
+    Ok(MeasurementSize {
         size,
         points: arguments.points.unwrap_or(usual.points),
         stack: arguments.stack.unwrap_or(usual.stack),

@@ -5,16 +5,16 @@ use std::time::Instant;
 use sensel::run::Stopwatch;
 
 /// Time since the program started.
-pub struct Wall(Instant);
+pub struct WallTime(Instant);
 
-impl Wall {
+impl WallTime {
     /// Counts from here on.
     pub fn start() -> Self {
         Self(Instant::now())
     }
 }
 
-impl Stopwatch for Wall {
+impl Stopwatch for WallTime {
     fn now_s(&self) -> f64 {
         self.0.elapsed().as_secs_f64()
     }
@@ -22,16 +22,16 @@ impl Stopwatch for Wall {
 
 /// Processor time of all threads of this program, as the system counts it (Linux: schedstat of each thread, in nanoseconds); wall time
 /// where it does not tell.
-pub struct Work(Wall);
+pub struct ProcessorTime(WallTime);
 
-impl Work {
+impl ProcessorTime {
     /// Counts from here on.
     pub fn start() -> Self {
-        Self(Wall::start())
+        Self(WallTime::start())
     }
 }
 
-impl Stopwatch for Work {
+impl Stopwatch for ProcessorTime {
     fn now_s(&self) -> f64 {
         thread_seconds().unwrap_or_else(|| self.0.now_s())
     }
@@ -52,12 +52,12 @@ fn thread_seconds() -> Option<f64> {
 
 /// Processor time of the thread that asks; wall time where the system does not tell.
 #[cfg_attr(unix, allow(dead_code, reason = "the clock is the system's"))]
-pub struct ThreadWork(Wall);
+pub struct ThreadWork(WallTime);
 
 impl ThreadWork {
     /// Counts from here on.
     pub fn start() -> Self {
-        Self(Wall::start())
+        Self(WallTime::start())
     }
 }
 

@@ -11,7 +11,7 @@ use sensel::report::compare::{Against, Comparison, FigureDifference, FinishedRun
 use sensel::report::display_curve;
 use sensel::report::html::compare::{ComparedFrame, change, compare_html, letter, quantity, range};
 
-use super::args::{CompareArguments, Shared};
+use super::args::{CommonOptions, CompareArguments};
 use super::place;
 
 /// Frames that the page shows under the wiper.
@@ -20,7 +20,7 @@ const PICTURES: usize = 3;
 const RUNS: std::ops::RangeInclusive<usize> = 2..=8;
 
 /// `sensel compare`.
-pub fn main(arguments: &CompareArguments, shared: &Shared) -> Result<(), Error> {
+pub fn main(arguments: &CompareArguments, shared: &CommonOptions) -> Result<(), Error> {
     let target = shared.out.clone().unwrap_or_else(|| Path::new("out").join("compare"));
     if !shared.set.is_empty() || shared.seed.is_some() {
         let key = if shared.seed.is_some() { "--seed" } else { "--set" };

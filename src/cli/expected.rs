@@ -15,7 +15,7 @@ use sensel::run::probe::Place;
 use sensel::units::FrameIndex;
 use serde_json::json;
 
-use super::args::{RunVerbArguments, Shared};
+use super::args::{CommonOptions, RunVerbArguments};
 use super::{interrupt, listing, place, progress};
 
 /// What `--keep` may add.
@@ -36,7 +36,13 @@ pub fn check(verb: &RunVerbArguments) -> Result<(), Error> {
 }
 
 /// Writes mean codes (rounded as 16-bit PNG, exact as EXR) and, where asked for, variances.
-pub fn main(verb: &RunVerbArguments, shared: &Shared, setup: &Setup, name: &str, target: &Path) -> Result<(), Error> {
+pub fn main(
+    verb: &RunVerbArguments,
+    shared: &CommonOptions,
+    setup: &Setup,
+    name: &str,
+    target: &Path,
+) -> Result<(), Error> {
     let interrupted = interrupt::watch();
     let folder = OutputFolder::create(target)?;
     let keeps_variance = verb.run.keep.iter().any(|word| word == VARIANCE);

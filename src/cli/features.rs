@@ -12,12 +12,12 @@ use sensel::rtl_simulator::SharedRtlSimulator;
 use sensel::run::Assets;
 use serde_json::json;
 
-use super::args::{FeaturesArguments, Shared};
+use super::args::{CommonOptions, FeaturesArguments};
 use super::setup::FolderAssets;
 use super::{draw, listing, place, words};
 
 /// `sensel features`.
-pub fn main(arguments: &FeaturesArguments, shared: &Shared) -> Result<(), Error> {
+pub fn main(arguments: &FeaturesArguments, shared: &CommonOptions) -> Result<(), Error> {
     for (option, file, endings, what) in
         [("--csv", &arguments.csv, ["csv", "txt"], "CSV"), ("--draw", &arguments.draw, ["png", "png"], "PNG")]
     {

@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use sensel::characterize::fit::{Assumed, Fit, Fitted, fit};
+use sensel::characterize::fit::{Assumed, Fitted, SensorFit, fit};
 use sensel::characterize::fit_page::{self, Beside};
 use sensel::characterize::set::SIDE_MAX;
-use sensel::characterize::{Bench, Measurement};
+use sensel::characterize::{ChannelMeasurement, SensorBench};
 use sensel::error::Error;
 use sensel::files::emva_reader::{self, FoundMeasurement};
 use sensel::num::significant;
@@ -14,11 +14,11 @@ use sensel::run::SensorSetup;
 use sensel::units::Size;
 use serde_json::json;
 
-use super::args::{FitArguments, Shared};
+use super::args::{CommonOptions, FitArguments};
 use super::{listing, place, progress, words};
 
 /// `sensel fit`.
-pub fn main(arguments: &FitArguments, shared: &Shared) -> Result<(), Error> {
+pub fn main(arguments: &FitArguments, shared: &CommonOptions) -> Result<(), Error> {
     let out = place::output_file(shared, &["toml"], "a sensor file", "my_sensor.toml")?;
     if let Some(out) = &out {
         if out.exists() {
@@ -98,11 +98,11 @@ pub fn main(arguments: &FitArguments, shared: &Shared) -> Result<(), Error> {
 /// Frames of the fitted sensor under the light of those that were read: of their first rows and columns where they are large.
 fn simulated(
     found: &FoundMeasurement,
-    fit: &Fit,
+    fit: &SensorFit,
     arguments: &FitArguments,
     temperature_k: f64,
-    shared: &Shared,
-) -> Result<Measurement, Error> {
+    shared: &CommonOptions,
+) -> Result<ChannelMeasurement, Error> {
     let size = Size { width_px: found.size.width_px.min(SIDE_MAX), height_px: found.size.height_px.min(SIDE_MAX) };
     // The frames are of one colour plane. Lines long enough for a row of it: exposures here are free of the readout.
     let assignments = [
@@ -128,7 +128,7 @@ fn simulated(
     let mut points = fit.light(&found.measurement, found.half, pixel.quantum_efficiency * pixel.fill_factor);
     let half = points.pop().unwrap_or(found.half);
     let stack = u32::try_from(found.stack).unwrap_or(u32::MAX);
-    let bench = Bench::of_frames(&resolved, size, points, half, stack)?;
+    let bench = SensorBench::of_frames(&resolved, size, points, half, stack)?;
     let bar = progress::bar("simulated frames", bench.set().frames(), shared.quiet);
     let measurement = bench.run(|_, _| {
         bar.inc();
@@ -163,7 +163,7 @@ cds = \"analog\"                   # one conversion a code; its noise is part of
 ";
 const NO_WELL: &str = "full_well_e = 1e9                # the frames show no full well below the converter's range\n";
 
-fn sensor_file(fit: &Fit, found: &FoundMeasurement, preset: &str, temperature_k: f64) -> String {
+fn sensor_file(fit: &SensorFit, found: &FoundMeasurement, preset: &str, temperature_k: f64) -> String {
     let FoundMeasurement { bits, size, points, stack, .. } = found;
     let mut text = format!(
         "# From {points} points of photon transfer and stacks of {stack} frames by 'sensel fit'.\n\
@@ -184,7 +184,7 @@ fn sensor_file(fit: &Fit, found: &FoundMeasurement, preset: &str, temperature_k:
     text
 }
 
-fn push_fitted(text: &mut String, fit: &Fit, section: &str) {
+fn push_fitted(text: &mut String, fit: &SensorFit, section: &str) {
     for Fitted { key, value, interval: [low, high], rests_on } in &fit.fitted {
         let Some(key) = key.strip_prefix(section) else { continue };
         let value = match key {

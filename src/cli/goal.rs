@@ -1,11 +1,11 @@
 //! `run --accuracy` and `run --time-budget`: from a goal to settings, by a pilot or by what an earlier pilot found.
 
 use sensel::error::Error;
-use sensel::ladder::{Bench, Choice, Clocks, Goal, PILOT_FRAMES, choose};
+use sensel::ladder::{ChosenSetting, Goal, LadderBench, PILOT_FRAMES, StudyClocks, choose};
 use sensel::run::{Assets, Setup, Stopwatch};
 
-use super::args::{RunVerbArguments, Shared};
-use super::clocks::{Wall, Work};
+use super::args::{CommonOptions, RunVerbArguments};
+use super::clocks::{ProcessorTime, WallTime};
 use super::progress::Study;
 use super::setup::FolderAssets;
 use super::words;
@@ -15,7 +15,7 @@ const DECIDED: [&str; 5] =
     ["run.samples_per_pixel", "run.render_tolerance", "run.samples_max", "run.sampling", "run.accuracy"];
 
 /// What the command line asks for.
-pub fn of(verb: &RunVerbArguments, shared: &Shared) -> Result<Option<Goal>, Error> {
+pub fn of(verb: &RunVerbArguments, shared: &CommonOptions) -> Result<Option<Goal>, Error> {
     let goal = match (verb.accuracy, &verb.time_budget) {
         (None, None) => return Ok(None),
         (Some(accuracy), _) if (0.1..=10.0).contains(&accuracy) => Goal::Accuracy(accuracy),
@@ -50,23 +50,23 @@ fn milliseconds(text: &str) -> Result<f64, Error> {
 
 /// The setup of the cheapest settings that meet the goal; says which, and why. Bytes are promised for the configuration that the run
 /// writes, which names them.
-pub fn resolve(setup: Setup, goal: Goal, assets: &FolderAssets, shared: &Shared) -> Result<Setup, Error> {
+pub fn resolve(setup: Setup, goal: Goal, assets: &FolderAssets, shared: &CommonOptions) -> Result<Setup, Error> {
     let threads = rayon::current_num_threads();
     let named =
         format!("choice of {} for {} by {goal:?} on {threads}", env!("CARGO_PKG_VERSION"), setup.resolved.hash());
     let key = blake3::hash(named.as_bytes()).to_hex().to_string();
-    let kept = assets.load(&key).and_then(|bytes| serde_json::from_slice::<Choice>(&bytes).ok());
+    let kept = assets.load(&key).and_then(|bytes| serde_json::from_slice::<ChosenSetting>(&bytes).ok());
     let is_kept = kept.is_some();
     let (choice, setup) = match kept {
         Some(choice) => (choice, setup),
         None => {
-            let (wall, work, progress) = (Wall::start(), Work::start(), Study::new(shared.quiet));
+            let (wall, work, progress) = (WallTime::start(), ProcessorTime::start(), Study::new(shared.quiet));
             let work_before_s = work.now_s();
-            let clocks = Clocks { wall: &wall, work: &work };
+            let clocks = StudyClocks { wall: &wall, work: &work };
             if !shared.quiet {
                 announce(&setup);
             }
-            let bench = Bench { setup, clocks, progress: &progress, assets };
+            let bench = LadderBench { setup, clocks, progress: &progress, assets };
             let choice = choose(&bench, goal)?;
             if !shared.quiet {
                 words::note(&format!(
@@ -103,7 +103,7 @@ fn duration(seconds: f64) -> String {
     if seconds < 100.0 { format!("{seconds:.0} s") } else { format!("{:.1} min", seconds / 60.0) }
 }
 
-fn say(choice: &Choice, goal: Goal, is_kept: bool) {
+fn say(choice: &ChosenSetting, goal: Goal, is_kept: bool) {
     let asked = match goal {
         Goal::Accuracy(accuracy) => format!("at most {accuracy} of photon noise"),
         Goal::Time(wall_ms) => format!("at most {wall_ms} ms a frame"),

@@ -5,20 +5,20 @@ use std::path::Path;
 use sensel::config::Resolved;
 use sensel::error::Error;
 use sensel::files::folder::OutputFolder;
-use sensel::ladder::{Bench, Clocks, Options, ladder, study_key};
+use sensel::ladder::{LadderBench, LadderOptions, StudyClocks, ladder, study_key};
 use sensel::report::html::ladder_html;
 use sensel::report::ladder_picture::svg;
 use sensel::report::ladder_record::{LadderRecord, LadderRow};
 use sensel::run::Assets;
 
-use super::args::{LadderArguments, Shared};
-use super::clocks::{Wall, Work};
+use super::args::{CommonOptions, LadderArguments};
+use super::clocks::{ProcessorTime, WallTime};
 use super::progress::Study;
 use super::setup::FolderAssets;
 use super::{interrupt, place, setup, words};
 
 /// `sensel ladder`.
-pub fn main(arguments: &LadderArguments, shared: &Shared) -> Result<(), Error> {
+pub fn main(arguments: &LadderArguments, shared: &CommonOptions) -> Result<(), Error> {
     let options = options(arguments)?;
     let located = place::locate(arguments.scenario.as_deref(), shared, &[])?;
     let name = located.name.clone();
@@ -29,9 +29,9 @@ pub fn main(arguments: &LadderArguments, shared: &Shared) -> Result<(), Error> {
     words::warn(setup.warnings.texts());
     let key = study_key(&setup.resolved);
     let threads = u32::try_from(rayon::current_num_threads()).unwrap_or(u32::MAX);
-    let (wall, work, progress) = (Wall::start(), Work::start(), Study::new(shared.quiet));
-    let clocks = Clocks { wall: &wall, work: &work };
-    let bench = Bench { setup, clocks, progress: &progress, assets: &assets };
+    let (wall, work, progress) = (WallTime::start(), ProcessorTime::start(), Study::new(shared.quiet));
+    let clocks = StudyClocks { wall: &wall, work: &work };
+    let bench = LadderBench { setup, clocks, progress: &progress, assets: &assets };
     let record = ladder(&bench, options, &name, threads)?;
     drop(progress);
     let json = serde_json::to_string_pretty(&record).map_err(|error| Error::Run(format!("ladder.json: {error}")))?;
@@ -58,7 +58,7 @@ pub fn main(arguments: &LadderArguments, shared: &Shared) -> Result<(), Error> {
     Ok(())
 }
 
-fn options(arguments: &LadderArguments) -> Result<Options, Error> {
+fn options(arguments: &LadderArguments) -> Result<LadderOptions, Error> {
     let within = |key: &str, value: u32, least: u32, most: u32| {
         if (least..=most).contains(&value) {
             Ok(value)
@@ -69,7 +69,7 @@ fn options(arguments: &LadderArguments) -> Result<Options, Error> {
     if !(0.1..=10.0).contains(&arguments.finest) {
         return Err(Error::key("--finest", arguments.finest, "out of range; use 0.1 to 10"));
     }
-    Ok(Options {
+    Ok(LadderOptions {
         frames: within("--frames", arguments.frames, 1, 100)?,
         pose_frames: within("--pose-frames", arguments.pose_frames, 0, 1_000_000)?,
         finest: arguments.finest,

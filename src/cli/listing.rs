@@ -9,11 +9,11 @@ use sensel::error::Error;
 use sensel::run::Setup;
 use serde_json::json;
 
-use super::args::{ConfigArguments, Shared};
+use super::args::{CommonOptions, ConfigArguments};
 use super::{place, setup, words};
 
 /// `sensel presets`.
-pub fn presets(shared: &Shared) -> Result<(), Error> {
+pub fn presets(shared: &CommonOptions) -> Result<(), Error> {
     check_assignments(shared)?;
     let list = |kind: PresetKind| -> Vec<serde_json::Value> {
         let of_kind = presets::ALL.iter().filter(|preset| preset.kind == kind);
@@ -47,7 +47,7 @@ pub fn presets(shared: &Shared) -> Result<(), Error> {
 }
 
 /// `sensel presets show NAME`: every value of a preset or of a sensor file, with where it comes from.
-pub fn preset(name: &str, shared: &Shared) -> Result<(), Error> {
+pub fn preset(name: &str, shared: &CommonOptions) -> Result<(), Error> {
     let kind = if presets::find(PresetKind::Lens, name).is_ok() { PresetKind::Lens } else { PresetKind::Sensor };
     let section = kind.section();
     // A file is read from its own folder.
@@ -71,13 +71,13 @@ pub fn preset(name: &str, shared: &Shared) -> Result<(), Error> {
 }
 
 /// Refuses assignments that a run would refuse, for verbs that read no scenario.
-fn check_assignments(shared: &Shared) -> Result<(), Error> {
+fn check_assignments(shared: &CommonOptions) -> Result<(), Error> {
     let resolved = Resolved::from_layers("command line", "", &place::assignments(shared, &[]))?;
     Setup::check(&resolved, &setup::FolderAssets::new(Path::new("."), shared))
 }
 
 /// `sensel schema`.
-pub fn schema(shared: &Shared) -> Result<(), Error> {
+pub fn schema(shared: &CommonOptions) -> Result<(), Error> {
     check_assignments(shared)?;
     let mut schema = serde_json::to_value(schemars::schema_for!(Scenario)).expect("a schema has a JSON form");
     require_nothing(&mut schema);
@@ -98,7 +98,7 @@ fn require_nothing(schema: &mut serde_json::Value) {
 }
 
 /// `sensel config show`. It refuses what `run` refuses before its first frame, without baking light.
-pub fn config(arguments: &ConfigArguments, shared: &Shared) -> Result<(), Error> {
+pub fn config(arguments: &ConfigArguments, shared: &CommonOptions) -> Result<(), Error> {
     let located = place::locate(arguments.scenario.as_deref(), shared, &[])?;
     let resolved = &located.resolved;
     Setup::check(resolved, &setup::FolderAssets::new(&located.folder, shared))?;

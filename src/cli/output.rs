@@ -11,10 +11,10 @@ use sensel::files::euroc::{EurocCamera, EurocImu, EurocWriter, GroundTruth, ImuR
 use sensel::files::finished::CAMERAS_ALONE;
 use sensel::files::folder::OutputFolder;
 use sensel::files::map::ply;
-use sensel::files::truth::{Keep, Kept, TruthWriter};
+use sensel::files::truth::{Keep, KeptOutput, TruthWriter};
 use sensel::num::{u32_from, u64_half_even};
 use sensel::pose::format_tum;
-use sensel::report::html::{Mark, Picture, Pictures, html};
+use sensel::report::html::{FramePicture, FramePictures, Mark, html};
 use sensel::report::{Report, display_curve};
 use sensel::run::{Frame, Session, Setup};
 use sensel::units::CameraIndex;
@@ -33,7 +33,7 @@ pub struct Output {
     packets: Vec<BufWriter<File>>,
     /// When each packet was on the lanes, a line a packet.
     packet_times: Vec<BufWriter<File>>,
-    pictures: Pictures,
+    pictures: FramePictures,
     frames: u32,
     seconds: f64,
 }
@@ -57,7 +57,7 @@ impl Output {
         let euroc = EurocWriter::create(folder.path(), &cameras, unit.as_ref())?;
         let (mut packets, mut packet_times) = (Vec::new(), Vec::new());
         for camera in 0..cameras.len() {
-            if keep.has(Kept::Packets) {
+            if keep.has(KeptOutput::Packets) {
                 packets.push(create(&folder.path().join(format!("cam{camera}.csi2")))?);
                 let path = folder.path().join(format!("cam{camera}.packets.csv"));
                 let mut times = create(&path)?;
@@ -73,7 +73,7 @@ impl Output {
             euroc,
             packets,
             packet_times,
-            pictures: Pictures::default(),
+            pictures: FramePictures::default(),
             frames: setup.frames,
             seconds: 0.0,
         })
@@ -109,7 +109,7 @@ impl Output {
                         .map_err(|source| place::io(&path, source))?;
                 }
             }
-            if self.keep.has(Kept::Features) {
+            if self.keep.has(KeptOutput::Features) {
                 let place = self.folder.path().join(format!("features/cam{index}/{timestamp_ns}.csv"));
                 write(&place, &features::csv(&camera.features))?;
             }
@@ -146,7 +146,7 @@ impl Output {
         if let Some(alone) = session.estimate_of_cameras_alone() {
             write(&folder.join(CAMERAS_ALONE), &format_tum(&alone))?;
         }
-        if self.keep.has(Kept::Map) {
+        if self.keep.has(KeptOutput::Map) {
             write(&folder.join("map.ply"), &ply(session.tracker().landmarks()))?;
             write(&folder.join("keyframes.tum"), &format_tum(&session.tracker().keyframes()))?;
         }
@@ -184,10 +184,10 @@ impl Output {
     }
 }
 
-fn shown(frame: &Frame, bits: u32, black_level_dn: u32) -> Picture {
+fn shown(frame: &Frame, bits: u32, black_level_dn: u32) -> FramePicture {
     let camera = &frame.cameras[0];
     let marks = camera.features.iter().zip(&camera.tracked);
-    Picture {
+    FramePicture {
         values: display_curve(&camera.codes, bits, black_level_dn),
         caption: format!("camera 0, frame {}, {:.3} s", frame.frame.0, frame.t_s),
         marks: marks.map(|(f, &tracked)| Mark { x_px: f.x_px(), y_px: f.y_px(), tracked }).collect(),

@@ -10,7 +10,7 @@ use sensel::files::input::InputFolders;
 use sensel::files::open::{is_input, is_there};
 use sensel::scene::images::PictureBytes as _;
 
-use super::args::Shared;
+use super::args::CommonOptions;
 use super::words;
 
 /// The scenario that runs when none is named.
@@ -34,7 +34,7 @@ pub struct Located {
 }
 
 /// Finds and reads a scenario (or a file with sections of a sensor only: the rest has defaults) and lays the command line's words over it.
-pub fn locate(scenario: Option<&str>, shared: &Shared, more: &[String]) -> Result<Located, Error> {
+pub fn locate(scenario: Option<&str>, shared: &CommonOptions, more: &[String]) -> Result<Located, Error> {
     let (file, text) = scenario_text(scenario, shared)?;
     let folder = file.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     let mut resolved = layered(&file.display().to_string(), &text, &assignments(shared, more), &folder)?;
@@ -43,7 +43,7 @@ pub fn locate(scenario: Option<&str>, shared: &Shared, more: &[String]) -> Resul
 }
 
 /// A scenario's file and its text.
-pub fn scenario_text(scenario: Option<&str>, shared: &Shared) -> Result<(PathBuf, String), Error> {
+pub fn scenario_text(scenario: Option<&str>, shared: &CommonOptions) -> Result<(PathBuf, String), Error> {
     match (find(scenario.unwrap_or(DEFAULT_SCENARIO), shared), scenario) {
         (Ok(file), _) => {
             let text = sensel::files::read_text(&file, SCENARIO_BYTES_MAX)?;
@@ -72,7 +72,7 @@ fn read_technology(resolved: &mut Resolved, folder: &Path) -> Result<(), Error> 
 
 /// As `locate`, where a sensor alone will do: a sensor preset's name stands for a scenario that has only this sensor, unless a
 /// file or folder has the same name.
-pub fn locate_sensor(sensor: Option<&str>, shared: &Shared) -> Result<Located, Error> {
+pub fn locate_sensor(sensor: Option<&str>, shared: &CommonOptions) -> Result<Located, Error> {
     let preset = sensor.filter(|name| presets::find(PresetKind::Sensor, name).is_ok() && !Path::new(name).exists());
     let Some(name) = preset else {
         return locate(sensor, shared, &[]).map_err(|error| match error {
@@ -91,7 +91,7 @@ pub fn locate_sensor(sensor: Option<&str>, shared: &Shared) -> Result<Located, E
 }
 
 /// Adds to the word on an unknown scenario what a sensor preset's name can be used for. A path is a file that is not there.
-fn unknown_scenario(asked: &str, shared: &Shared) -> Error {
+fn unknown_scenario(asked: &str, shared: &CommonOptions) -> Error {
     if Path::new(asked).extension().is_some_and(|ending| ending == "toml") {
         let reason = "is not there; name a scenario's file, or a scenario by its name, such as box".to_owned();
         return Error::Content { file: asked.to_owned(), reason };
@@ -120,7 +120,12 @@ pub fn check_ending(option: &str, file: &Path, endings: &[&str], what: &str) -> 
 }
 
 /// The file that `--out` names, for verbs that write one file.
-pub fn output_file(shared: &Shared, endings: &[&str], what: &str, usual: &str) -> Result<Option<PathBuf>, Error> {
+pub fn output_file(
+    shared: &CommonOptions,
+    endings: &[&str],
+    what: &str,
+    usual: &str,
+) -> Result<Option<PathBuf>, Error> {
     let Some(file) = &shared.out else { return Ok(None) };
     if file.is_dir() {
         let reason = format!("is a folder; name a file, such as {}", file.join(usual).display());
@@ -131,7 +136,7 @@ pub fn output_file(shared: &Shared, endings: &[&str], what: &str, usual: &str) -
 }
 
 /// Refuses folders that are not there, and a place for results where a verb writes none.
-pub fn check_shared(shared: &Shared, writes: bool) -> Result<(), Error> {
+pub fn check_shared(shared: &CommonOptions, writes: bool) -> Result<(), Error> {
     let from_environment = std::env::var_os("SENSEL_SCENES").map(PathBuf::from);
     for (key, folder) in [("--scenes", shared.scenes.as_ref()), ("SENSEL_SCENES", from_environment.as_ref())] {
         if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
@@ -153,7 +158,7 @@ pub fn check_shared(shared: &Shared, writes: bool) -> Result<(), Error> {
 }
 
 /// What the command line lays over a scenario.
-pub fn assignments(shared: &Shared, more: &[String]) -> Vec<String> {
+pub fn assignments(shared: &CommonOptions, more: &[String]) -> Vec<String> {
     let seed = shared.seed.map(|seed| format!("seed={seed}"));
     let threads = shared.threads.map(|threads| format!("run.threads={threads}"));
     more.iter().cloned().chain(seed).chain(threads).chain(shared.set.iter().cloned()).collect()
@@ -222,7 +227,7 @@ fn name_of(file: &Path) -> String {
     }
 }
 
-fn find(asked: &str, shared: &Shared) -> Result<PathBuf, Error> {
+fn find(asked: &str, shared: &CommonOptions) -> Result<PathBuf, Error> {
     let direct = Path::new(asked);
     if is_there(direct) {
         return Ok(direct.to_path_buf());
@@ -242,7 +247,7 @@ fn find(asked: &str, shared: &Shared) -> Result<PathBuf, Error> {
 }
 
 /// Folders that may hold scenarios: `--scenes`, else `SENSEL_SCENES`, else `./scenes` and upward from the program.
-fn scene_folders(shared: &Shared) -> Vec<PathBuf> {
+fn scene_folders(shared: &CommonOptions) -> Vec<PathBuf> {
     if let Some(folder) = &shared.scenes {
         return vec![folder.clone()];
     }
@@ -257,7 +262,7 @@ fn scene_folders(shared: &Shared) -> Vec<PathBuf> {
 }
 
 /// Folders of the scenarios that can be asked for by name, sorted.
-pub fn folders_of_known_scenes(shared: &Shared) -> Vec<PathBuf> {
+pub fn folders_of_known_scenes(shared: &CommonOptions) -> Vec<PathBuf> {
     let mut folders: Vec<PathBuf> = scene_folders(shared)
         .iter()
         .filter_map(|folder| std::fs::read_dir(folder).ok())
@@ -270,7 +275,7 @@ pub fn folders_of_known_scenes(shared: &Shared) -> Vec<PathBuf> {
 }
 
 /// Names of the scenarios that can be asked for by name, sorted. The generated box is always there.
-pub fn known_scenes(shared: &Shared) -> Vec<String> {
+pub fn known_scenes(shared: &CommonOptions) -> Vec<String> {
     let mut names: Vec<String> = folders_of_known_scenes(shared)
         .iter()
         .filter_map(|folder| folder.file_name())

@@ -6,11 +6,11 @@ use sensel::run::setup::PlanSummary;
 use sensel::run::{Setup, Warnings};
 use serde_json::{Value, json};
 
-use super::args::{PlanArguments, Shared};
+use super::args::{CommonOptions, PlanArguments};
 use super::{listing, place, setup, words};
 
 /// `sensel plan`.
-pub fn main(arguments: &PlanArguments, shared: &Shared) -> Result<(), Error> {
+pub fn main(arguments: &PlanArguments, shared: &CommonOptions) -> Result<(), Error> {
     let effects = arguments.effects.as_ref().map(|effects| format!("run.effects='{effects}'"));
     let more: Vec<String> = effects.into_iter().collect();
     let located = place::locate(arguments.scenario.as_deref(), shared, &more)?;

@@ -10,14 +10,14 @@ use sensel::report::record::ExtractorClocks;
 use sensel::run::{Counted, ESTIMATED_LEVEL, LinkSplit, NoClock, SensorSetup, Session};
 use serde_json::{Value, json};
 
-use super::args::{PowerArguments, RunArguments, Shared};
+use super::args::{CommonOptions, PowerArguments, RunArguments};
 use super::{listing, place, progress, setup, words};
 
 /// Frames that are counted unless the user says otherwise: features change slowly from frame to frame.
 const FRAMES: u32 = 10;
 
 /// What is printed.
-struct Figures {
+struct PowerFigures {
     name: String,
     how: String,
     energy: EnergyRecord,
@@ -35,7 +35,7 @@ struct Figures {
 }
 
 /// `sensel power`.
-pub fn main(arguments: &PowerArguments, shared: &Shared) -> Result<(), Error> {
+pub fn main(arguments: &PowerArguments, shared: &CommonOptions) -> Result<(), Error> {
     let figures = if arguments.estimate { estimate(&arguments.run, shared)? } else { count(&arguments.run, shared)? };
     if shared.json {
         listing::print_json(&as_json(&figures));
@@ -46,7 +46,7 @@ pub fn main(arguments: &PowerArguments, shared: &Shared) -> Result<(), Error> {
 }
 
 /// From a sensor alone: a preset's name is enough.
-fn estimate(arguments: &RunArguments, shared: &Shared) -> Result<Figures, Error> {
+fn estimate(arguments: &RunArguments, shared: &CommonOptions) -> Result<PowerFigures, Error> {
     let is_sensor_alone = arguments.frames.is_none() && arguments.rung.is_none() && arguments.effects.is_none();
     let located = if is_sensor_alone {
         place::locate_sensor(arguments.scenario.as_deref(), shared)?
@@ -60,7 +60,7 @@ fn estimate(arguments: &RunArguments, shared: &Shared) -> Result<Figures, Error>
     let features = sensor.extractor.features_expected(sensor.size);
     let counted = Counted { events: &events, frames: 1, cameras: 1, features, ate_m: None };
     let host = located.resolved.scenario.host_params()?;
-    let figures = Figures {
+    let figures = PowerFigures {
         name: located.name,
         how: format!("estimated with every pixel at {ESTIMATED_LEVEL} of the greatest code, one camera"),
         energy: EnergyRecord { line: Some(sensor.line_power().map_err(resolve)?), ..(&account).into() },
@@ -77,7 +77,7 @@ fn estimate(arguments: &RunArguments, shared: &Shared) -> Result<Figures, Error>
 }
 
 /// From frames of the scenario.
-fn count(arguments: &RunArguments, shared: &Shared) -> Result<Figures, Error> {
+fn count(arguments: &RunArguments, shared: &CommonOptions) -> Result<PowerFigures, Error> {
     let arguments = RunArguments {
         scenario: arguments.scenario.clone(),
         frames: Some(arguments.frames.unwrap_or(FRAMES)),
@@ -102,7 +102,7 @@ fn count(arguments: &RunArguments, shared: &Shared) -> Result<Figures, Error> {
     words::warn(&report.warnings[warned..]);
     let sensor = &session.setup().sensor;
     let features = session.mean_features();
-    Ok(Figures {
+    Ok(PowerFigures {
         how: format!("over {frames} frames; {}", words::reduction(&report)),
         period_s: session.energy().run_time_s() / f64::from(frames),
         cameras: sensel::num::u32_from(session.setup().cameras.len()),
@@ -117,7 +117,7 @@ fn count(arguments: &RunArguments, shared: &Shared) -> Result<Figures, Error> {
     })
 }
 
-fn as_json(figures: &Figures) -> Value {
+fn as_json(figures: &PowerFigures) -> Value {
     let split = &figures.split;
     let host = figures.host.map(|host| {
         let of = |host: &HostEnergy| {
@@ -146,7 +146,7 @@ fn as_json(figures: &Figures) -> Value {
     json
 }
 
-fn print(figures: &Figures) {
+fn print(figures: &PowerFigures) {
     let energy = &figures.energy;
     // A picojoule a second is 1e-9 mW.
     let mw = |pj: f64| pj * 1e-9 / figures.period_s;
@@ -207,11 +207,11 @@ fn print(figures: &Figures) {
         );
     }
     out!("{}", figures.gates.text());
-    debug_assert_eq!(energy.rails.iter().count(), Rail::ALL.len());
+    assert_eq!(energy.rails.iter().count(), Rail::ALL.len());
 }
 
 /// What features cost before they are sent.
-fn compute_words(figures: &Figures) -> String {
+fn compute_words(figures: &PowerFigures) -> String {
     let pj = figures.energy.blocks.get("compute").copied().unwrap_or_default() / f64_from_u64(figures.cameras.into());
     let mw = pj * 1e-9 / figures.period_s;
     if mw > 0.0 { format!("besides {mw:.3} mW of the extractor") } else { "without an extractor here".to_owned() }

@@ -36,7 +36,7 @@ struct Said {
 const SHARE_KNOWN: f64 = 0.02;
 
 /// Work of a known number of steps.
-pub struct Bar {
+pub struct StepsBar {
     what: &'static str,
     length: u64,
     /// Whether the steps are thousandths of the work rather than frames.
@@ -74,14 +74,14 @@ fn line(what: &str, done: u64, length: u64, is_share: bool, left_s: Option<f64>)
 }
 
 /// The progress of `length` steps; silent when asked to be quiet.
-pub fn bar(what: &'static str, length: u64, quiet: bool) -> Bar {
+pub fn bar(what: &'static str, length: u64, quiet: bool) -> StepsBar {
     let is_bar = std::io::stderr().is_terminal() && !words::is_json();
     let style = || {
         let style = ProgressStyle::with_template("{msg:>12} [{bar:32}] {pos}/{len}  {per_sec}  left {eta}");
         style.expect("the template is a constant that parses").progress_chars("=> ")
     };
     let said = Said { what, done: 0, at_s: 0.0, begun_s: None };
-    Bar {
+    StepsBar {
         what,
         length,
         is_share: false,
@@ -92,7 +92,7 @@ pub fn bar(what: &'static str, length: u64, quiet: bool) -> Bar {
     }
 }
 
-impl Bar {
+impl StepsBar {
     /// Counts one step more.
     pub fn inc(&self) {
         let before = self.done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
@@ -131,21 +131,21 @@ impl Bar {
     }
 }
 
-impl Drop for Bar {
+impl Drop for StepsBar {
     fn drop(&mut self) {
         self.finish();
     }
 }
 
 /// The progress of what tells it as a share.
-fn share_bar(what: &'static str, quiet: bool) -> Bar {
+fn share_bar(what: &'static str, quiet: bool) -> StepsBar {
     let mut bar = bar(what, u64::from(STEPS), quiet);
     bar.is_share = true;
     bar
 }
 
 /// Shows how far the light is baked.
-pub struct Baking(Bar);
+pub struct Baking(StepsBar);
 
 impl Baking {
     /// Nothing is shown until something is baked.
@@ -164,7 +164,7 @@ impl Progress for Baking {
 
 /// Says on stderr which part of a study has begun, and how far it is.
 pub struct Study {
-    bar: Bar,
+    bar: StepsBar,
     last: Mutex<&'static str>,
 }
 

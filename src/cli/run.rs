@@ -7,20 +7,20 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use sensel::error::Error;
 use sensel::fidelity::Rung;
 use sensel::files::folder::OutputFolder;
-use sensel::files::truth::{Keep, Kept};
+use sensel::files::truth::{Keep, KeptOutput};
 use sensel::report::Report;
 use sensel::run::{Session, Stopwatch};
 
-use super::args::{RunVerbArguments, Shared};
-use super::clocks::Wall;
+use super::args::{CommonOptions, RunVerbArguments};
+use super::clocks::WallTime;
 use super::output::Output;
 use super::setup::{FolderAssets, located, prepare};
 use super::waves::WaveRequest;
 use super::{expected, goal, interrupt, ladder, progress, words};
 
 /// `sensel run`.
-pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
-    let watch = Wall::start();
+pub fn main(verb: &RunVerbArguments, shared: &CommonOptions) -> Result<(), Error> {
+    let watch = WallTime::start();
     let located = located(&verb.run, shared)?;
     let name = located.name.clone();
     let target = shared.out.clone().unwrap_or_else(|| Path::new("out").join(&name));
@@ -47,7 +47,7 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
     }
     let prepared_s = watch.now_s();
 
-    let electrons = keep.has(Kept::Electrons);
+    let electrons = keep.has(KeptOutput::Electrons);
     if let Some(photons) = assets.photons() {
         setup.keep_photons_in(Arc::new(photons));
     }
@@ -101,8 +101,8 @@ fn step_all(
     session: &mut Session,
     output: &mut Output,
     waves: Option<&WaveRequest>,
-    (shared, interrupted): (&Shared, &AtomicBool),
-    watch: &Wall,
+    (shared, interrupted): (&CommonOptions, &AtomicBool),
+    watch: &WallTime,
 ) -> Result<Option<Vec<Vec<u16>>>, Error> {
     if let Some(waves) = waves {
         waves.watch(session);

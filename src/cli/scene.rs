@@ -14,13 +14,13 @@ use sensel::num::index;
 use sensel::pose::Pose;
 use sensel::scene::file_units::{FileUnits, UpAxis};
 use sensel::scene::images::PictureBytes as _;
-use sensel::scene::views::{self, CameraView, Extent};
+use sensel::scene::views::{self, CameraView, SceneBox};
 use sensel::scene::{Scene, Surroundings};
 use serde_json::json;
 
-use super::args::{SceneArguments, Shared};
+use super::args::{CommonOptions, SceneArguments};
 use super::{listing, place, words};
-use found::{Found, Light};
+use found::{FileSummary, Light};
 
 /// Views of the contact sheet.
 const VIEWS: usize = 6;
@@ -28,7 +28,7 @@ const VIEWS: usize = 6;
 const USUAL_M: [f64; 2] = [0.1, 100.0];
 
 /// `sensel scene`.
-pub fn main(arguments: &SceneArguments, shared: &Shared) -> Result<(), Error> {
+pub fn main(arguments: &SceneArguments, shared: &CommonOptions) -> Result<(), Error> {
     let SceneArguments { file, picture, .. } = arguments;
     let scenario = place::output_file(shared, &["toml"], "a scenario", "scene.toml")?;
     if let Some(scenario) = &scenario {
@@ -40,7 +40,7 @@ pub fn main(arguments: &SceneArguments, shared: &Shared) -> Result<(), Error> {
     }
     let units = units_of(arguments)?;
     let (name, scene) = read(file, &units)?;
-    let found = Found::of(name, scene, units);
+    let found = FileSummary::of(name, scene, units);
     if let Some(picture) = picture {
         let png = contact_sheet::png(&found.scene, &found.views)?;
         place::write_output("--picture", picture, &png)?;
@@ -106,9 +106,9 @@ fn read(file: &Path, units: &FileUnits) -> Result<(String, Scene), Error> {
     Ok((name.to_owned(), scene))
 }
 
-impl Found {
+impl FileSummary {
     fn of(name: String, scene: Scene, units: FileUnits) -> Self {
-        let (extent, views) = (Extent::of(&scene), views::best(&scene, VIEWS));
+        let (extent, views) = (SceneBox::of(&scene), views::best(&scene, VIEWS));
         let shining = |material: &&sensel::scene::mesh::Material| material.is_emissive();
         let distant = scene.mesh.distant.iter().map(|_| "directional".to_owned());
         let lamps =
@@ -243,7 +243,7 @@ impl Found {
 
 /// What lights a view. A file's lamps are meant to light its scene; materials that glow may only look as if they did, so that under an open
 /// sky they are not enough.
-fn light_for(scene: &Scene, extent: &Extent, view: &CameraView) -> Light {
+fn light_for(scene: &Scene, extent: &SceneBox, view: &CameraView) -> Light {
     let at_m = view.world_from_camera.translation_m;
     let up = Pose::new(views::looking(0.0, 0.5 * std::f64::consts::PI), at_m);
     let overhead = views::judged(scene, extent, "overhead", up, views::FOV_RAD);

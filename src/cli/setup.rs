@@ -1,6 +1,6 @@
 //! What every command that runs a scenario needs: its files, its threads, its setup.
 
-use super::args::{RunArguments, Shared};
+use super::args::{CommonOptions, RunArguments};
 use super::place::{self, Located};
 use super::{progress, words};
 use sensel::error::Error;
@@ -29,7 +29,7 @@ pub struct FolderAssets {
 impl FolderAssets {
     /// Files of a scenario's folder, and of the known scenes' folders after it, so that the effective configuration that a run
     /// wrote finds its scene again. The cache is left out where there is no place for it.
-    pub fn new(folder: &Path, shared: &Shared) -> Self {
+    pub fn new(folder: &Path, shared: &CommonOptions) -> Self {
         let mut folders = vec![folder.to_path_buf()];
         folders.extend(place::folders_of_known_scenes(shared));
         let folders = Arc::new(InputFolders::new(folders));
@@ -79,7 +79,7 @@ impl Assets for FolderAssets {
 }
 
 /// The scenario of run-like verbs, with their own options laid over it.
-pub fn located(arguments: &RunArguments, shared: &Shared) -> Result<Located, Error> {
+pub fn located(arguments: &RunArguments, shared: &CommonOptions) -> Result<Located, Error> {
     let mut more = Vec::new();
     more.extend(arguments.frames.map(|frames| format!("run.frames={frames}")));
     more.extend(arguments.rung.as_ref().map(|rung| format!("run.rung='{rung}'")));
@@ -95,7 +95,7 @@ pub fn use_threads(threads: u32) -> Result<(), Error> {
 }
 
 /// Everything checked and lit, ready for the first frame.
-pub fn prepare(located: Located, shared: &Shared) -> Result<Setup, Error> {
+pub fn prepare(located: Located, shared: &CommonOptions) -> Result<Setup, Error> {
     let resolved = &located.resolved;
     use_threads(resolved.scenario.threads().map_err(|error| resolved.tree.locate(error))?)?;
     let assets = FolderAssets::new(&located.folder, shared);

@@ -14,12 +14,12 @@ use sensel::files::sweep::SweepFolder;
 use sensel::sweep::gather::Table;
 use sensel::sweep::{picture, report};
 
-use super::args::{Shared, SweepArguments, SweepPart};
+use super::args::{CommonOptions, SweepArguments, SweepPart};
 pub use loaded::Loaded;
 use loaded::{found, load, title};
 
 /// `sensel sweep`.
-pub fn main(arguments: &SweepArguments, shared: &Shared) -> Result<(), Error> {
+pub fn main(arguments: &SweepArguments, shared: &CommonOptions) -> Result<(), Error> {
     match &arguments.part {
         SweepPart::Plan(own) => plan::main(&load(own, shared)?, shared),
         SweepPart::Run(own) => run::main(own, &load(&own.sweep, shared)?, shared),
@@ -50,7 +50,7 @@ pub fn main(arguments: &SweepArguments, shared: &Shared) -> Result<(), Error> {
     }
 }
 
-fn gather(loaded: &Loaded, shared: &Shared) -> Result<(), Error> {
+fn gather(loaded: &Loaded, shared: &CommonOptions) -> Result<(), Error> {
     let folder = SweepFolder::read(&loaded.target)?;
     let found = found(loaded, &folder);
     let table = Table::new(&loaded.cells, &found.records, &loaded.text);
@@ -61,7 +61,7 @@ fn gather(loaded: &Loaded, shared: &Shared) -> Result<(), Error> {
 }
 
 /// Says which files were written, of how many cells.
-fn said(shared: &Shared, files: &[(&str, &PathBuf)], rows: usize, cells: usize) {
+fn said(shared: &CommonOptions, files: &[(&str, &PathBuf)], rows: usize, cells: usize) {
     if shared.json {
         let mut value = serde_json::json!({"cells": cells, "finished": rows});
         for (name, file) in files {

@@ -9,12 +9,12 @@ use sensel::run::{self, SensorSetup};
 use sensel::units::{FrameIndex, RowIndex};
 use serde_json::{Value, json};
 
-use super::args::{Shared, TimingArguments};
+use super::args::{CommonOptions, TimingArguments};
 use super::waves::WaveRequest;
 use super::{listing, place, words};
 
 /// `sensel timing`.
-pub fn main(arguments: &TimingArguments, shared: &Shared) -> Result<(), Error> {
+pub fn main(arguments: &TimingArguments, shared: &CommonOptions) -> Result<(), Error> {
     if let Some(picture) = &arguments.svg {
         place::check_ending("--svg", picture, &["svg"], "SVG")?;
     }
@@ -32,7 +32,7 @@ pub fn main(arguments: &TimingArguments, shared: &Shared) -> Result<(), Error> {
     if let Some(waves) = &waves {
         waves.write_wedge(&sensor, resolved.scenario.sensor.die)?;
     }
-    let link = Link::new(&sensor, expected_features)?;
+    let link = LinkUse::new(&sensor, expected_features)?;
     if shared.json {
         listing::print_json(&as_json(&sensor, &diagram, &link, expected_features));
     } else {
@@ -42,7 +42,7 @@ pub fn main(arguments: &TimingArguments, shared: &Shared) -> Result<(), Error> {
 }
 
 /// How much of the link a frame takes.
-struct Link {
+struct LinkUse {
     /// Container and feature bits over what the link could carry in a frame's time.
     utilisation: f64,
     /// Share of the time from row to row in which a row's packet holds the link.
@@ -55,7 +55,7 @@ struct Link {
     flow: Flow,
 }
 
-impl Link {
+impl LinkUse {
     fn new(sensor: &SensorSetup, features: u64) -> Result<Self, Error> {
         let (link, schedule) = (&sensor.link, &sensor.schedule);
         let cycle = link.traffic_of_cycle(schedule.output_size(), sensor.bits(), features)?;
@@ -73,7 +73,7 @@ fn exposure_us(sensor: &SensorSetup) -> f64 {
     1e6 * sensor.schedule.exposure(FrameIndex(0), RowIndex(0)).length_s()
 }
 
-fn as_json(sensor: &SensorSetup, diagram: &TimingDiagram, link: &Link, features: u64) -> Value {
+fn as_json(sensor: &SensorSetup, diagram: &TimingDiagram, link: &LinkUse, features: u64) -> Value {
     let (schedule, timing) = (&sensor.schedule, &diagram.timing);
     let budget: Vec<Value> = diagram
         .budgets
@@ -129,7 +129,7 @@ fn as_json(sensor: &SensorSetup, diagram: &TimingDiagram, link: &Link, features:
     })
 }
 
-fn print(sensor: &SensorSetup, diagram: &TimingDiagram, link: &Link, features: u64) {
+fn print(sensor: &SensorSetup, diagram: &TimingDiagram, link: &LinkUse, features: u64) {
     let (schedule, timing) = (&sensor.schedule, &diagram.timing);
     outln!("sensor      {}: {}", diagram.name, diagram.mode);
     outln!("line        {:.3} us: HTS {} at {} Hz", timing.line_time_us, schedule.hts(), schedule.pixel_rate_hz());

@@ -21,13 +21,13 @@ use sensel::run::SensorSetup;
 use sensel::tracker::{FrameInput, ImuCalibration, ImuMeasurement, Status, TrackedFrame, Tracker, TrackerParams};
 use serde_json::json;
 
-use super::args::{Shared, TrackArguments};
+use super::args::{CommonOptions, TrackArguments};
 use super::{listing, place, progress, words};
 pub use brought::Brought;
-use figures::Figures;
+use figures::TrackFigures;
 use packets::Packets;
-use pictures::Pictures;
-use recording::Recording;
+use pictures::PictureStream;
+use recording::AnyRecording;
 
 /// What the tracker made of a recording.
 #[derive(Default)]
@@ -52,7 +52,7 @@ impl Course {
         mut readings: &[ImuReading],
         mut origin_ns: Option<u64>,
         frames: impl Iterator<Item = Result<Brought, Error>>,
-        bar: &progress::Bar,
+        bar: &progress::StepsBar,
     ) -> Result<(), Error> {
         for brought in frames {
             let Brought { timestamp_ns, features, clocks } = brought?;
@@ -86,15 +86,15 @@ impl Course {
 
 /// Where features come from.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Source {
+enum FeatureSource {
     Packets,
     Pictures,
 }
 
-impl Source {
+impl FeatureSource {
     /// What was asked for. Without a word packets are taken where a run kept them, unless a key asks for another extractor than was on its
     /// sensor.
-    fn of(arguments: &TrackArguments, shared: &Shared, cameras: usize) -> Result<Self, Error> {
+    fn of(arguments: &TrackArguments, shared: &CommonOptions, cameras: usize) -> Result<Self, Error> {
         let key = shared.set.iter().find(|key| key.trim_start().starts_with("compute"));
         match (arguments.from.as_deref(), key) {
             (Some("pictures"), _) => Ok(Self::Pictures),
@@ -121,13 +121,13 @@ impl Source {
 }
 
 /// `sensel track`.
-pub fn main(arguments: &TrackArguments, shared: &Shared) -> Result<(), Error> {
+pub fn main(arguments: &TrackArguments, shared: &CommonOptions) -> Result<(), Error> {
     let out = output_file(shared)?;
     if let Some(map) = &arguments.map {
         place::check_ending("--map", map, &["ply"], "PLY")?;
     }
-    let recording = Recording::open(&arguments.folder)?;
-    let from = Source::of(arguments, shared, recording.cameras.len())?;
+    let recording = AnyRecording::open(&arguments.folder)?;
+    let from = FeatureSource::of(arguments, shared, recording.cameras.len())?;
     // A folder that a run wrote brings its own configuration; any other takes the defaults.
     let own = arguments.folder.join("config.toml");
     let (layer, text) = if is_there(&own) {
@@ -148,13 +148,13 @@ pub fn main(arguments: &TrackArguments, shared: &Shared) -> Result<(), Error> {
     let readings = unit.map_or(&[][..], |unit| &unit.readings);
 
     let extractor = resolved.scenario.extractor().map_err(|error| resolved.tree.locate(error))?;
-    let pictures = Pictures::new(&recording.cameras, &recording.frames, &extractor);
+    let pictures = PictureStream::new(&recording.cameras, &recording.frames, &extractor);
     let bar = progress::bar("frames", pictures.rig_frames().try_into().unwrap_or(u64::MAX), shared.quiet);
     let mut course = Course::default();
     let mut link = None;
     match from {
-        Source::Pictures => course.follow(&mut tracker, readings, None, pictures, &bar)?,
-        Source::Packets => {
+        FeatureSource::Pictures => course.follow(&mut tracker, readings, None, pictures, &bar)?,
+        FeatureSource::Packets => {
             let sensor = SensorSetup::new(&resolved)?;
             let mut packets = Packets::open(&arguments.folder, recording.cameras.len(), &sensor)?;
             // A sensor's clock begins with its run, as the unit's does.
@@ -172,7 +172,7 @@ pub fn main(arguments: &TrackArguments, shared: &Shared) -> Result<(), Error> {
 }
 
 /// Refuses outputs that would take the place of the recording's files, before it is tracked.
-fn check_outputs(recording: &Recording, out: &PathBuf, arguments: &TrackArguments) -> Result<(), Error> {
+fn check_outputs(recording: &AnyRecording, out: &PathBuf, arguments: &TrackArguments) -> Result<(), Error> {
     place::refuse_same(&[("--out", Some(out)), ("--map", arguments.map.as_ref())])?;
     let packets = (0..recording.cameras.len()).map(|camera| packets::file(&arguments.folder, camera));
     let inputs: Vec<PathBuf> =
@@ -188,11 +188,11 @@ fn check_outputs(recording: &Recording, out: &PathBuf, arguments: &TrackArgument
     Ok(())
 }
 
-fn seed(resolved: &Resolved, shared: &Shared) -> u64 {
+fn seed(resolved: &Resolved, shared: &CommonOptions) -> u64 {
     shared.seed.unwrap_or(resolved.scenario.seed)
 }
 
-fn tracker(recording: &Recording, resolved: &Resolved, shared: &Shared) -> Result<Tracker, Error> {
+fn tracker(recording: &AnyRecording, resolved: &Resolved, shared: &CommonOptions) -> Result<Tracker, Error> {
     let params = TrackerParams { seed: seed(resolved, shared), ..resolved.scenario.tracker_params()? };
     Tracker::new(recording.cameras.clone(), params)
 }
@@ -221,7 +221,7 @@ fn link_json(counts: LinkCounts) -> serde_json::Value {
 }
 
 /// Where the trajectory goes. Without `--out` an existing file is not replaced.
-fn output_file(shared: &Shared) -> Result<PathBuf, Error> {
+fn output_file(shared: &CommonOptions) -> Result<PathBuf, Error> {
     let usual = "trajectory_est.tum";
     match place::output_file(shared, &["tum", "txt"], "a trajectory in TUM's format", usual)? {
         Some(file) => Ok(file),
@@ -254,15 +254,15 @@ fn warnings(course: &Course, cameras: usize) -> Vec<String> {
 }
 
 fn say(
-    recording: &Recording,
+    recording: &AnyRecording,
     course: &Course,
     out: &Path,
-    (from, link): (Source, Option<LinkCounts>),
-    (shared, seed): (&Shared, u64),
+    (from, link): (FeatureSource, Option<LinkCounts>),
+    (shared, seed): (&CommonOptions, u64),
 ) {
     let truth = recording.ground_truth.as_ref().map(|truth| recording.reported(truth));
     let of_rig = (recording.cameras.len(), seed);
-    let figures = Figures::of(truth.as_deref(), course.poses.clone(), &course.sigmas, of_rig);
+    let figures = TrackFigures::of(truth.as_deref(), course.poses.clone(), &course.sigmas, of_rig);
     let (tracked, frames) = (course.poses.len(), course.frames);
     let warnings = warnings(course, recording.cameras.len());
     words::warn(&warnings);

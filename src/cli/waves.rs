@@ -10,11 +10,11 @@ use sensel::run::{Frame, SensorSetup, Session};
 use sensel::units::{CameraIndex, RowIndex};
 use sensel::waves::{Asked, WavePlan, WaveRow};
 
-use super::args::{Shared, WaveArguments, WavesArguments};
+use super::args::{CommonOptions, WaveArguments, WavesArguments};
 use super::place;
 
 /// `sensel waves`.
-pub fn main(arguments: &WavesArguments, shared: &Shared) -> Result<(), Error> {
+pub fn main(arguments: &WavesArguments, shared: &CommonOptions) -> Result<(), Error> {
     place::check_ending("--plot", &arguments.plot, &["svg"], "SVG")?;
     let located = place::locate_sensor(arguments.sensor.as_deref(), shared)?;
     let sensor = SensorSetup::new(&located.resolved)?;

@@ -9,7 +9,7 @@ use sensel::report::record::{ExtractorClocks, Tracking};
 use sensel::text::sentence_shown;
 use serde_json::json;
 
-use super::args::Shared;
+use super::args::CommonOptions;
 
 /// Whether every line on stderr is one JSON object.
 static AS_JSON: AtomicBool = AtomicBool::new(false);
@@ -51,7 +51,7 @@ pub fn warn(texts: &[String]) -> usize {
 }
 
 /// With `--strict`, refuses an extractor that does not keep up. Fails where it does not; the error says what lets it.
-pub fn check_strict(shared: &Shared, clocks: Option<&ExtractorClocks>) -> Result<(), Error> {
+pub fn check_strict(shared: &CommonOptions, clocks: Option<&ExtractorClocks>) -> Result<(), Error> {
     match clocks {
         Some(clocks) if shared.strict && !clocks.keeps_up => {
             Err(Error::Run(format!("the extractor {}", clocks.verdict())))

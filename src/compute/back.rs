@@ -6,9 +6,9 @@
 
 use std::collections::VecDeque;
 
-use super::cells::{Candidate, CellLists};
+use super::cells::{CellLists, CornerCandidate};
 use super::params::{ExtractorParams, OCTAVE_SIDE_PX_MIN, Overflow, PATCH_MARGIN_PX};
-use super::rows::Row;
+use super::rows::PositionRow;
 use crate::num::{index, u32_from};
 use crate::units::Size;
 
@@ -42,7 +42,7 @@ impl Records for AlwaysReady {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Served {
     /// What it belongs to.
-    pub candidate: Candidate,
+    pub candidate: CornerCandidate,
     /// Its frame, from 0.
     pub frame: u64,
     /// Clock of the start of its engine.
@@ -54,7 +54,7 @@ pub struct Served {
 /// A candidate on its way.
 #[derive(Clone, Copy, Debug)]
 struct Waiting {
-    candidate: Candidate,
+    candidate: CornerCandidate,
     frame: u64,
     cell_row: u32,
     /// Its row, counted on over frames.
@@ -158,7 +158,7 @@ impl Back {
     }
 
     /// Whether this row may start in the clock that stands.
-    pub fn row_ok(&self, row: &Row) -> bool {
+    pub fn row_ok(&self, row: &PositionRow) -> bool {
         let octave = &self.octaves[row.octave];
         let cell_px = self.params.cell_px;
         if row.y == 0 && (octave.dumping != [false; 2] || octave.ending) {
@@ -180,7 +180,7 @@ impl Back {
     }
 
     /// The first clock from this one on in which the row may start; time goes on until then.
-    pub fn wait_for_row(&mut self, row: &Row, clk: u64, records: &mut dyn Records) -> u64 {
+    pub fn wait_for_row(&mut self, row: &PositionRow, clk: u64, records: &mut dyn Records) -> u64 {
         self.advance(clk, records);
         while !self.row_ok(row) {
             let next = self.next_event().expect("a row waits for work that is under way");
@@ -191,7 +191,7 @@ impl Back {
     }
 
     /// The end of a row stands in this clock.
-    pub fn row_end(&mut self, row: &Row, clk: u64, records: &mut dyn Records) {
+    pub fn row_end(&mut self, row: &PositionRow, clk: u64, records: &mut dyn Records) {
         self.advance(clk, records);
         // What the clock does by itself comes before what its edge registers.
         let before: Vec<[bool; 2]> = self.octaves.iter().map(|octave| [octave.is_busy(0), octave.is_busy(1)]).collect();
@@ -253,7 +253,7 @@ impl Back {
     }
 
     /// The candidate at which a walk stands; none on an empty list.
-    fn entry(&self, walker: &Walker) -> Option<&Candidate> {
+    fn entry(&self, walker: &Walker) -> Option<&CornerCandidate> {
         let list = self.lists[walker.dump.octave].list(index(walker.dump.cell_row?), walker.column);
         list.get(walker.entry)
     }
@@ -368,7 +368,7 @@ impl Back {
     }
 
     /// Puts a candidate into the queue, or loses one; false where it must wait.
-    fn push(&mut self, candidate: &Candidate, cell_row: u32) -> bool {
+    fn push(&mut self, candidate: &CornerCandidate, cell_row: u32) -> bool {
         let octave = &mut self.octaves[usize::from(candidate.octave)];
         let row = octave.base + i64::from(candidate.corner.y_px);
         let waiting = Waiting { candidate: *candidate, frame: octave.frame, cell_row, row };

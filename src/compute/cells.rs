@@ -7,7 +7,7 @@ use crate::units::Size;
 
 /// A corner that may become a feature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Candidate {
+pub struct CornerCandidate {
     /// Where it is in its octave, and its score.
     pub corner: Corner,
     /// The criterion of the selection.
@@ -22,7 +22,7 @@ pub(crate) struct CellLists {
     pub columns: usize,
     /// The first entry of each cell, by rows of cells, and the end of the last one.
     first: Vec<u32>,
-    entries: Vec<Candidate>,
+    entries: Vec<CornerCandidate>,
     /// Corners that found no place in their cell, or lost it.
     pub unselected: u64,
 }
@@ -35,10 +35,10 @@ pub(crate) fn has_patch(size: Size, corner: &Corner) -> bool {
 
 impl CellLists {
     /// Keeps up to `per_cell` candidates of each cell: the highest ranks, of equal ones the first that arrived. All have patches.
-    pub fn of(candidates: &[Candidate], size: Size, cell_px: u32, per_cell: usize) -> Self {
+    pub fn of(candidates: &[CornerCandidate], size: Size, cell_px: u32, per_cell: usize) -> Self {
         let columns = index(size.width_px.div_ceil(cell_px));
         let mut lists = Self { columns, first: vec![0], ..Self::default() };
-        let mut cells: Vec<Vec<Candidate>> = vec![Vec::with_capacity(per_cell + 1); columns];
+        let mut cells: Vec<Vec<CornerCandidate>> = vec![Vec::with_capacity(per_cell + 1); columns];
         let mut rest = candidates;
         for cell_row in 0..size.height_px.div_ceil(cell_px) {
             let end = rest.partition_point(|candidate| candidate.corner.y_px < (cell_row + 1) * cell_px);
@@ -62,7 +62,7 @@ impl CellLists {
     }
 
     #[inline]
-    pub fn list(&self, cell_row: usize, column: usize) -> &[Candidate] {
+    pub fn list(&self, cell_row: usize, column: usize) -> &[CornerCandidate] {
         let cell = cell_row * self.columns + column;
         &self.entries[index(self.first[cell])..index(self.first[cell + 1])]
     }
@@ -74,8 +74,8 @@ mod tests {
 
     const SIZE: Size = Size { width_px: 64, height_px: 70 };
 
-    fn candidate(x_px: u32, y_px: u32, rank: u16) -> Candidate {
-        Candidate { corner: Corner { x_px, y_px, score: rank }, rank, octave: 0 }
+    fn candidate(x_px: u32, y_px: u32, rank: u16) -> CornerCandidate {
+        CornerCandidate { corner: Corner { x_px, y_px, score: rank }, rank, octave: 0 }
     }
 
     #[test]

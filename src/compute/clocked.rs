@@ -3,12 +3,12 @@
 
 use rtl_models::extractor_core::front_config;
 use rtl_models::extractor_rows::{ExtractorHost, ExtractorRows, row_corners};
-use rtl_models::fx_back::{self, Candidate, CellList, Engine, FxBackConfig, FxBackMemory, FxSettings, Policy};
+use rtl_models::fx_back::{self, CellList, Engine, FxBackConfig, FxBackMemory, FxSettings, Policy, QueuedCorner};
 use rtl_models::fx_front_rows::{FrontRows, FrontRowsMemory, RowCorner, Word};
 
 use super::back::Records;
-use super::feature::{Counts, Extracted, Feature};
-use super::params::{ExtractorParams, Overflow, Pattern, Rank};
+use super::feature::{Extracted, ExtractorCounts, Feature};
+use super::params::{ExtractorParams, Overflow, PairPattern, Rank};
 use super::rows::Pixels;
 use crate::error::Error;
 use crate::num::{index, low_u16};
@@ -34,7 +34,7 @@ impl ExtractorParams {
             engines: self.engines,
             fifo_depth: self.fifo_depth,
             desc_bits: self.descriptor_bits,
-            symmetric: self.pattern == Pattern::Symmetric,
+            symmetric: self.pattern == PairPattern::Symmetric,
             subpixel: self.subpixel,
             width: size.width_px,
             height: size.height_px,
@@ -66,7 +66,7 @@ struct Around<'a> {
 impl Around<'_> {
     fn extracted(self, given: &FrameResult, threshold: u16) -> Extracted {
         let found = &given.counts;
-        let counts = Counts {
+        let counts = ExtractorCounts {
             corners: found.corners.wrapping_sub(found.without_patch).into(),
             without_patch: found.without_patch.into(),
             unselected: found.unselected.into(),
@@ -126,7 +126,7 @@ pub(super) fn frame<T: Word>(
     let memory =
         FrontRowsMemory { pixels: &mut kept, differences: &mut differences, scratch: &mut scratch, sums: &mut sums };
     let (mut lists, mut ring) = (vec![CellList::default(); config.lists()], vec![0; config.ring_pixels()]);
-    let mut queue = vec![Candidate::default(); index(config.fifo_depth)];
+    let mut queue = vec![QueuedCorner::default(); index(config.fifo_depth)];
     let mut engines = vec![Engine::default(); index(config.engines)];
     let back = FxBackMemory { lists: &mut lists, ring: &mut ring, queue: &mut queue, engines: &mut engines };
     let mut corners = vec![RowCorner::default(); row_corners(config.max_width)];

@@ -6,7 +6,7 @@ use super::cells::has_patch;
 use super::fast::Corner;
 use super::feature::Feature;
 use super::orientation::{angle_of, moments, rounded_angle};
-use super::params::{ExtractorParams, Pattern};
+use super::params::{ExtractorParams, PairPattern};
 use super::patch::Patch;
 use super::pattern::BYTES;
 use super::smooth::smooth;
@@ -58,8 +58,8 @@ pub(super) fn describe_every<W: Word>(
 
 fn pattern(params: &ExtractorParams) -> &'static RotatedPattern {
     match params.pattern {
-        Pattern::Gaussian => RotatedPattern::plain(),
-        Pattern::Symmetric => RotatedPattern::symmetric(),
+        PairPattern::Gaussian => RotatedPattern::plain(),
+        PairPattern::Symmetric => RotatedPattern::symmetric(),
     }
 }
 

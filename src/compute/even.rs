@@ -1,7 +1,7 @@
 //! When features leave the extractor that stand evenly in the picture: for figures without a picture.
 
 use super::back::AlwaysReady;
-use super::cells::{Candidate, CellLists};
+use super::cells::{CellLists, CornerCandidate};
 use super::fast::Corner;
 use super::params::{ExtractorParams, PATCH_MARGIN_PX};
 use super::presmooth::Behind;
@@ -44,7 +44,7 @@ pub fn even_frame(
     // Rising numbers meet the cells in order, and each cell as often as any other, give or take one.
     for number in 0..features.min(params.features_max(size)) {
         let (octave, corner) = cells[index_of(number * count / features)];
-        candidates[octave].push(Candidate { corner, rank: 1, octave: low_u8(u32_from(octave)) });
+        candidates[octave].push(CornerCandidate { corner, rank: 1, octave: low_u8(u32_from(octave)) });
     }
     let per_cell = index(params.per_cell);
     let lists = candidates.iter().zip(&sizes).map(|(all, &size)| CellLists::of(all, size, params.cell_px, per_cell));

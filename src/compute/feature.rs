@@ -45,7 +45,7 @@ impl Feature {
 
 /// What the extractor counted in a frame, as its registers do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
+pub struct ExtractorCounts {
     /// Corners whose patches lie in the picture.
     pub corners: u64,
     /// Corners too near to an edge.
@@ -70,7 +70,7 @@ pub struct Extracted {
     /// The clock in which each is taken; clock 0 is the first in which the frame's first pixel could enter.
     pub out_clk: Vec<u64>,
     /// Further counts.
-    pub counts: Counts,
+    pub counts: ExtractorCounts,
     /// The threshold that was used, in DN of the pipeline.
     pub threshold: u16,
     /// The first clock in which the next frame's first pixel could enter.

@@ -34,7 +34,7 @@ pub enum Rank {
 
 /// Which pairs a descriptor compares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pattern {
+pub enum PairPattern {
     /// 256 pairs of nearly Gaussian places, turned by the angle.
     Gaussian,
     /// Eight pairs under 32 turns: bytes move round instead.
@@ -95,7 +95,7 @@ pub struct ExtractorParams {
     /// Bits of a descriptor: 64, 128, 192 or 256; its other bits are 0.
     pub descriptor_bits: u32,
     /// Which pairs a descriptor compares.
-    pub pattern: Pattern,
+    pub pattern: PairPattern,
     /// Descriptor engines in parallel, 1 to 4.
     pub engines: u32,
     /// Candidates that wait for an engine, 1 to 64.
@@ -119,7 +119,7 @@ impl ExtractorParams {
         subpixel: true,
         angle_bits: 8,
         descriptor_bits: 256,
-        pattern: Pattern::Gaussian,
+        pattern: PairPattern::Gaussian,
         engines: 2,
         fifo_depth: 16,
         overflow: Overflow::Stall,

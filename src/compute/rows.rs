@@ -13,7 +13,7 @@ pub const DRAIN_CLK: u64 = FRONT_LATENCY_CLK + 1;
 
 /// A row of positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Row {
+pub struct PositionRow {
     /// Its octave.
     pub octave: usize,
     /// Its number; for the virtual row the octave's height.
@@ -23,7 +23,7 @@ pub struct Row {
 }
 
 /// Rows of a frame in the order in which they run.
-pub fn order(sizes: &[Size]) -> Vec<Row> {
+pub fn order(sizes: &[Size]) -> Vec<PositionRow> {
     let mut rows = Vec::new();
     for y in 0..sizes[0].height_px {
         push(&mut rows, sizes, 0, y);
@@ -31,11 +31,11 @@ pub fn order(sizes: &[Size]) -> Vec<Row> {
     rows
 }
 
-fn push(rows: &mut Vec<Row>, sizes: &[Size], octave: usize, y: u32) {
-    rows.push(Row { octave, y, is_virtual: false });
+fn push(rows: &mut Vec<PositionRow>, sizes: &[Size], octave: usize, y: u32) {
+    rows.push(PositionRow { octave, y, is_virtual: false });
     let height_px = sizes[octave].height_px;
     if y + 1 == height_px {
-        rows.push(Row { octave, y: height_px, is_virtual: true });
+        rows.push(PositionRow { octave, y: height_px, is_virtual: true });
     }
     if y % 2 == 1 && octave + 1 < sizes.len() {
         push(rows, sizes, octave + 1, y / 2);

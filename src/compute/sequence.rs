@@ -3,10 +3,10 @@
 use std::collections::VecDeque;
 
 use super::back::{Records, Served};
-use super::cells::{Candidate, CellLists, has_patch};
+use super::cells::{CellLists, CornerCandidate, has_patch};
 use super::describe::describe;
 use super::fast::{Corner, fast9};
-use super::feature::{Counts, Feature};
+use super::feature::{ExtractorCounts, Feature};
 use super::half::half_scale;
 use super::harris::harris_rank;
 use super::params::{ExtractorParams, Rank};
@@ -22,7 +22,7 @@ const KEPT: usize = 5;
 
 /// A feature as it leaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Record {
+pub struct FeatureRecord {
     /// The feature.
     pub feature: Feature,
     /// Its frame, from 0.
@@ -40,14 +40,21 @@ pub struct Sequence<W> {
     frames: u64,
     /// Octaves of the last frames, by frame.
     kept: VecDeque<(u64, Vec<Plane<W>>)>,
-    counts: Counts,
+    counts: ExtractorCounts,
 }
 
 impl<W: Word> Sequence<W> {
     /// At reset, with this threshold.
     pub fn new(params: &ExtractorParams, size: Size, threshold: u16) -> Self {
         let stream = Stream::new(params, size);
-        Self { params: *params, threshold, stream, frames: 0, kept: VecDeque::new(), counts: Counts::default() }
+        Self {
+            params: *params,
+            threshold,
+            stream,
+            frames: 0,
+            kept: VecDeque::new(),
+            counts: ExtractorCounts::default(),
+        }
     }
 
     /// Lets a frame through; gives back the first clock in which the next one's first pixel could enter. Panics on another size.
@@ -80,7 +87,7 @@ impl<W: Word> Sequence<W> {
     }
 
     /// Records that left since the last call, in their order.
-    pub fn take(&mut self) -> Vec<Record> {
+    pub fn take(&mut self) -> Vec<FeatureRecord> {
         let served = self.stream.take_served();
         let mut taken = Vec::with_capacity(served.len());
         for of_frame in served.chunk_by(|a, b| a.frame == b.frame) {
@@ -88,7 +95,8 @@ impl<W: Word> Sequence<W> {
             let kept = self.kept.iter().find(|(kept, _)| *kept == frame);
             let (_, octaves) = kept.expect("the ring holds fewer rows than these frames have");
             let features = describe(octaves, of_frame, &self.params);
-            let record = |(feature, served): (Feature, &Served)| Record { feature, frame, out_clk: served.out_clk };
+            let record =
+                |(feature, served): (Feature, &Served)| FeatureRecord { feature, frame, out_clk: served.out_clk };
             taken.extend(features.into_iter().zip(of_frame).map(record));
         }
         taken
@@ -100,9 +108,9 @@ impl<W: Word> Sequence<W> {
     }
 
     /// What happened up to now.
-    pub fn counts(&self) -> Counts {
+    pub fn counts(&self) -> ExtractorCounts {
         let in_time = self.stream.counts();
-        Counts {
+        ExtractorCounts {
             dropped: in_time.dropped,
             late: in_time.late,
             stalled_clk: in_time.stalled_clk,
@@ -133,7 +141,7 @@ fn candidates<W: Word>(
     octave: u8,
     threshold: u16,
     params: &ExtractorParams,
-) -> (usize, Vec<Candidate>) {
+) -> (usize, Vec<CornerCandidate>) {
     let size = picture.size();
     let found = fast9(picture, W::low(threshold.into()));
     let rank = |corner: &Corner| match params.rank {
@@ -141,6 +149,6 @@ fn candidates<W: Word>(
         Rank::Harris => harris_rank(picture, corner.x_px, corner.y_px, params.pipeline_bits),
     };
     let whole = found.iter().filter(|corner| has_patch(size, corner));
-    let candidates = whole.map(|corner| Candidate { corner: *corner, rank: rank(corner), octave }).collect();
+    let candidates = whole.map(|corner| CornerCandidate { corner: *corner, rank: rank(corner), octave }).collect();
     (found.len(), candidates)
 }

@@ -6,7 +6,7 @@
 use super::back::{Back, Records, Served};
 use super::cells::CellLists;
 use super::params::ExtractorParams;
-use super::rows::{DRAIN_CLK, FRONT_LATENCY_CLK, Pixels, Row, order};
+use super::rows::{DRAIN_CLK, FRONT_LATENCY_CLK, Pixels, PositionRow, order};
 use crate::units::Size;
 
 /// The latency as a number of pixels: a row of the smallest picture has one more.
@@ -29,7 +29,7 @@ pub struct StreamCounts {
 /// Frames of one size that follow each other through one extractor.
 #[derive(Debug)]
 pub struct Stream {
-    rows: Vec<Row>,
+    rows: Vec<PositionRow>,
     sizes: Vec<Size>,
     back: Back,
     frame: u64,
@@ -49,7 +49,7 @@ impl Stream {
     pub(crate) fn frame(&mut self, lists: Vec<CellLists>, pixels: &mut dyn Pixels, records: &mut dyn Records) -> u64 {
         let mut lists: Vec<Option<CellLists>> = lists.into_iter().map(Some).collect();
         let (begin_clk, mut ready_clk) = (self.clk, 0);
-        let mut before: Option<Row> = None;
+        let mut before: Option<PositionRow> = None;
         for row in &self.rows {
             let asked_clk = self.clk;
             let ok_clk = self.back.wait_for_row(row, asked_clk, records);

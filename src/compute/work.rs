@@ -5,9 +5,9 @@
 //! constants and multiplexers are wires. Words of memories and operations are counted as words of 8 bits: a pipeline of 12
 //! bits counts one and a half, rounded up over the frame.
 
-use super::feature::Counts;
+use super::feature::ExtractorCounts;
 use super::orientation;
-use super::params::{ExtractorParams, Pattern, Rank};
+use super::params::{ExtractorParams, PairPattern, Rank};
 use super::patch::SIDE;
 use crate::events::{Event, Events};
 use crate::num::u64_from;
@@ -39,11 +39,17 @@ const ROTATOR_MACS: u64 = 2 * 4;
 const SLOPES: u64 = 32;
 
 /// Counts a frame of so many features.
-pub(super) fn count(params: &ExtractorParams, size: Size, counts: &Counts, features: u64, events: &mut Events) {
+pub(super) fn count(
+    params: &ExtractorParams,
+    size: Size,
+    counts: &ExtractorCounts,
+    features: u64,
+    events: &mut Events,
+) {
     let sizes = params.octave_sizes(size);
     let pixels: u64 = sizes.iter().map(|size| u64_from(size.pixel_count())).sum();
     let halved = pixels - u64_from(size.pixel_count());
-    let mut work = Work::default();
+    let mut work = ExtractorWork::default();
     picture(params, pixels, halved, &mut work);
     choice(params, counts, &mut work);
     served(params, features, &mut work);
@@ -55,7 +61,7 @@ pub(super) fn count(params: &ExtractorParams, size: Size, counts: &Counts, featu
 }
 
 #[derive(Default)]
-struct Work {
+struct ExtractorWork {
     writes: u64,
     reads: u64,
     ops: u64,
@@ -63,7 +69,7 @@ struct Work {
 }
 
 /// Memories and logic that run for every pixel of every octave.
-fn picture(params: &ExtractorParams, pixels: u64, halved: u64, work: &mut Work) {
+fn picture(params: &ExtractorParams, pixels: u64, halved: u64, work: &mut ExtractorWork) {
     // Window and scores; and the smoothed pixel into the ring.
     work.writes += (WINDOW_WORDS + SCORE_WORDS + 1) * pixels;
     work.reads += (WINDOW_WORDS + SCORE_WORDS) * pixels;
@@ -82,7 +88,7 @@ fn picture(params: &ExtractorParams, pixels: u64, halved: u64, work: &mut Work) 
 }
 
 /// A corner with its patch is compared with its cell's list, which is read and written; a list that was kept is read once more.
-fn choice(params: &ExtractorParams, counts: &Counts, work: &mut Work) {
+fn choice(params: &ExtractorParams, counts: &ExtractorCounts, work: &mut ExtractorWork) {
     let places = u64::from(params.per_cell);
     work.ops += places * counts.corners;
     work.reads += (entry_words(params) * places) * counts.corners;
@@ -96,7 +102,7 @@ fn entry_words(params: &ExtractorParams) -> u64 {
 }
 
 /// What is done for each corner that leaves: the fit, the orientation and the descriptor.
-fn served(params: &ExtractorParams, features: u64, work: &mut Work) {
+fn served(params: &ExtractorParams, features: u64, work: &mut ExtractorWork) {
     if params.subpixel {
         work.ops += SUBPIXEL_OPS * features;
     }
@@ -108,7 +114,7 @@ fn served(params: &ExtractorParams, features: u64, work: &mut Work) {
     work.macs += (2 * side + SLOPES) * features;
     // The descriptor: both points of a pair turned, their two rows of the patch read, and compared.
     let pairs = u64::from(params.descriptor_bits);
-    if params.pattern == Pattern::Gaussian {
+    if params.pattern == PairPattern::Gaussian {
         work.macs += ROTATOR_MACS * pairs * features;
     }
     work.reads += 2 * side * pairs * features;

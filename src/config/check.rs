@@ -8,7 +8,7 @@ use glam::DQuat;
 use super::scenario::Scenario;
 use crate::adc::{AdcParams, Cds, Counter, Counting, Ramp};
 use crate::effects::chain::BlackRows;
-use crate::effects::plan::Choice;
+use crate::effects::plan::EffectChoice;
 use crate::effects::variation::{ProcessCorner, Variation};
 use crate::error::Error;
 use crate::fidelity::{Fidelity, Rung};
@@ -91,8 +91,9 @@ impl Scenario {
     }
 
     /// Which effects the user asked for. Fails on a name that is no effect's.
-    pub fn effects(&self, known: &[&str]) -> Result<Choice, Error> {
-        Choice::parse(&self.run.effects, known).map_err(|reason| Error::key("run.effects", &self.run.effects, reason))
+    pub fn effects(&self, known: &[&str]) -> Result<EffectChoice, Error> {
+        EffectChoice::parse(&self.run.effects, known)
+            .map_err(|reason| Error::key("run.effects", &self.run.effects, reason))
     }
 
     /// Photodiode to column line. Fails on values out of range, unknown names.

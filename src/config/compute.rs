@@ -2,7 +2,7 @@
 
 use super::check::{one_of, within};
 use super::scenario::Scenario;
-use crate::compute::{ExtractorParams, Overflow, Pattern, Rank, Smoothing};
+use crate::compute::{ExtractorParams, Overflow, PairPattern, Rank, Smoothing};
 use crate::error::Error;
 
 impl Scenario {
@@ -36,7 +36,7 @@ impl Scenario {
             pattern: one_of(
                 "compute.pattern",
                 &compute.pattern,
-                &[("gaussian", Pattern::Gaussian), ("symmetric", Pattern::Symmetric)],
+                &[("gaussian", PairPattern::Gaussian), ("symmetric", PairPattern::Symmetric)],
             )?,
             engines: compute.engines,
             fifo_depth: compute.fifo_depth,

@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::num;
 use crate::pose::{Pose, TimedPose};
 use crate::scene::motion::gait::{Gait, RUN, WALK};
-use crate::scene::motion::path::Path;
+use crate::scene::motion::path::PathShape;
 
 /// Control poses may stand this share of a step from their even places: times of an epoch in a double do.
 pub const STEP_TOLERANCE: f64 = 1e-3;
@@ -116,7 +116,8 @@ impl Motion {
         let would_do = format!("0 to {most_hz}");
         figures.step_rate_sd_hz = within("motion.step_rate_sd_hz", self.step_rate_sd_hz, 0.0..=most_hz, &would_do)?;
         let radius_m = within("motion.radius_m", self.radius_m, 0.1..=10_000.0, "0.1 to 10,000")?;
-        let paths = [("line", Path::Line), ("circle", Path::Circle(radius_m)), ("loop", Path::eight(radius_m))];
+        let paths =
+            [("line", PathShape::Line), ("circle", PathShape::Circle(radius_m)), ("loop", PathShape::eight(radius_m))];
         let path = one_of("motion.path", &self.path, &paths)?;
         Ok(Gait::new(figures, path, DrawKey::root(self.seed)))
     }

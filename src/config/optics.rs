@@ -4,7 +4,7 @@ use super::check::{one_of, within};
 use super::resolved::Resolved;
 use super::scenario::{Optics, Scenario};
 use crate::error::Error;
-use crate::optics::lens::{DoubleSphere, Eucm, Intrinsics, Kb4, Lens, Mapping, Radtan, Table};
+use crate::optics::lens::{DoubleSphere, Eucm, Intrinsics, Kb4, Lens, Mapping, RadiusTable, Radtan};
 use crate::optics::mosaic::FILTER_BANDS;
 use crate::optics::{Aperture, Camera, ImagePath, Psf, Pupil, RollOff, Shading};
 use crate::units::Size;
@@ -101,7 +101,7 @@ impl Scenario {
             "kb4" => Mapping::Kb4(Kb4::new([k1, k2, k3, k4])),
             "double_sphere" => Mapping::DoubleSphere(DoubleSphere { xi, alpha }),
             "eucm" => Mapping::Eucm(Eucm { alpha, beta }),
-            "table" => Mapping::Table(Table::new(&in_radians(&optics.table))?),
+            "table" => Mapping::Table(RadiusTable::new(&in_radians(&optics.table))?),
             _ => Mapping::Pinhole,
         })
     }

@@ -6,8 +6,8 @@ use super::scenario::{PerCamera, Readout, Scenario};
 use crate::error::Error;
 use crate::num::{i64_half_even, u64_half_even};
 use crate::readout::{
-    AutoExposureParams, BinningMode, Exposure, FrameLength, Hdr, LongExposure, MERGED_BITS_MAX, Pulses, ReadoutParams,
-    Shutter, Trigger, Window,
+    AutoExposureParams, BinningMode, ExposureSetting, FrameLength, Hdr, LongExposure, MERGED_BITS_MAX, Pulses,
+    ReadoutParams, Shutter, Trigger, Window,
 };
 
 impl Scenario {
@@ -76,10 +76,10 @@ fn frame_length(readout: &Readout) -> Result<FrameLength, Error> {
     }
 }
 
-fn exposure(readout: &Readout) -> Result<Exposure, Error> {
+fn exposure(readout: &Readout) -> Result<ExposureSetting, Error> {
     match (readout.exposure_us, readout.exposure_lines) {
-        (Some(exposure_us), None) => Ok(Exposure::Us(exposure_us)),
-        (None, Some(lines)) => Ok(Exposure::Lines(lines)),
+        (Some(exposure_us), None) => Ok(ExposureSetting::Us(exposure_us)),
+        (None, Some(lines)) => Ok(ExposureSetting::Lines(lines)),
         (Some(_), Some(lines)) => {
             let reason = "exposure_us is written too; use one of the two";
             Err(Error::key("sensor.readout.exposure_lines", lines, reason))

@@ -12,7 +12,7 @@ mod row;
 mod state;
 
 pub use expected::Expected;
-use layout::Layout;
+use layout::WindowLayout;
 use row::{RowAt, RowBuffers};
 pub use state::{BlackRows, Capture, Captured, Chain, RowSamples, RowTimes};
 use state::{ROWS_PER_CHUNK, Reading, Shot, add};
@@ -25,7 +25,7 @@ use crate::events::Events;
 use crate::fidelity::Rung;
 use crate::num::{u32_from, u64_from};
 use crate::parallel::chunks_collected;
-use crate::pixel::{self, Samples};
+use crate::pixel::{self, SampledLevels};
 use crate::plane::Plane;
 use crate::readout::{Geometry, HdrMerge};
 use crate::rtl_simulator::SharedRtlSimulator;
@@ -101,7 +101,7 @@ impl Chain {
     /// The same sensor that reads a window, or several pixels as one.
     #[must_use]
     pub fn with_geometry(mut self, geometry: Geometry) -> Self {
-        self.layout = Some(Layout::new(geometry));
+        self.layout = Some(WindowLayout::new(geometry));
         self
     }
 
@@ -124,7 +124,7 @@ impl Chain {
         let (frame, row) = (FrameIndex(0), RowIndex(0));
         let place = RowPlace { seed: self.die_seed, camera, frame, slot: 0, row };
         let die = DrawKey::of_row(adc::COLUMN_DELAY, place);
-        let read = self.layout.as_ref().map(Layout::read_columns);
+        let read = self.layout.as_ref().map(WindowLayout::read_columns);
         self.readings.iter().map(|reading| reading.columns(die, width, read.clone())).collect()
     }
 
@@ -134,7 +134,7 @@ impl Chain {
         let mut events = Events::default();
         let mut hits = vec![0; self.counters()];
         let (shot, left_e) = self.shot(photons, capture, times, &mut events, &mut hits);
-        let size = self.layout.as_ref().map_or(photons.size(), Layout::output_size);
+        let size = self.layout.as_ref().map_or(photons.size(), WindowLayout::output_size);
         let mut codes = Plane::filled(size, 0_u16);
         let width = codes.width_px();
         let chunk = |index: usize, rows: &mut [u16]| {
@@ -180,7 +180,7 @@ impl Chain {
         rows: &[RowIndex],
     ) -> Vec<Vec<u16>> {
         let (shot, _) = self.shot(photons, capture, times, &mut Events::default(), &mut vec![0; self.counters()]);
-        let width = self.layout.as_ref().map_or(photons.size(), Layout::output_size).width_px;
+        let width = self.layout.as_ref().map_or(photons.size(), WindowLayout::output_size).width_px;
         let mut buffers = self.buffers(photons.width_px());
         let mut codes_of = |row: &RowIndex| {
             let mut codes = vec![0; crate::num::index(width)];
@@ -201,7 +201,7 @@ impl Chain {
     ) -> (Shot<'a>, Option<Plane<f32>>) {
         assert!(times.len() == photons.height_px(), "every row has its times");
         let shifts_dn = vec![0; self.readings.len()];
-        let array_width = self.layout.as_ref().map_or(photons.width_px(), Layout::buffer_width);
+        let array_width = self.layout.as_ref().map_or(photons.width_px(), WindowLayout::buffer_width);
         let columns = self.columns(capture.camera, array_width);
         let mut shot = Shot { photons, charge_e: None, capture, times, shifts_dn, columns };
         shot.shifts_dn = self.black_shifts_dn(&shot, events, hits);
@@ -231,16 +231,16 @@ impl Chain {
 
     /// Converters of one camera in the first reading, of the columns that are read; without window and binning of so many.
     pub fn first_columns(&self, camera: CameraIndex, width_px: usize) -> Columns<'_> {
-        let width = self.layout.as_ref().map_or(width_px, Layout::buffer_width);
+        let width = self.layout.as_ref().map_or(width_px, WindowLayout::buffer_width);
         self.columns(camera, width).swap_remove(0)
     }
 
-    fn samples(&self) -> Samples {
+    fn samples(&self) -> SampledLevels {
         self.parameters.adc.cds.samples()
     }
 
     fn buffers(&self, window_width: usize) -> RowBuffers {
-        let width = self.layout.as_ref().map_or(window_width, Layout::buffer_width);
+        let width = self.layout.as_ref().map_or(window_width, WindowLayout::buffer_width);
         RowBuffers::new(width, self.samples(), self.readings.len(), self.counters())
     }
 

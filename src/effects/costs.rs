@@ -5,11 +5,11 @@
 //! converted, on top of another noise of theirs too), median of 61 interleaved rounds, then of three runs; one thread, AVX2.
 
 use crate::effect::Effect;
-use crate::pixel::Samples;
+use crate::pixel::SampledLevels;
 
 /// A row of the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cost {
+pub struct EffectCost {
     /// The effect's one name.
     pub effect: &'static str,
     /// As `Effect::cost_case` says.
@@ -18,12 +18,12 @@ pub struct Cost {
     pub ns_per_px: f64,
 }
 
-const fn cost(effect: &'static str, case: &'static str, ns_per_px: f64) -> Cost {
-    Cost { effect, case, ns_per_px }
+const fn cost(effect: &'static str, case: &'static str, ns_per_px: f64) -> EffectCost {
+    EffectCost { effect, case, ns_per_px }
 }
 
 /// All effects in physical order, with every case that they know.
-pub const COSTS: &[Cost] = &[
+pub const COSTS: &[EffectCost] = &[
     cost("prnu", "", 0.56),
     cost("parasitic_light", "", 0.03),
     cost("dead_pixels", "", 0.19),
@@ -77,6 +77,6 @@ pub fn ns_per_px(effect: &dyn Effect) -> f64 {
 }
 
 /// Predicted cost of a sensor without any effect.
-pub fn without_effects_ns_per_px(samples: Samples) -> f64 {
-    WITHOUT_EFFECTS[usize::from(samples == Samples::Both)]
+pub fn without_effects_ns_per_px(samples: SampledLevels) -> f64 {
+    WITHOUT_EFFECTS[usize::from(samples == SampledLevels::Both)]
 }

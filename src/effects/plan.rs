@@ -89,7 +89,7 @@ pub struct Plan {
 
 /// What the user asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Choice {
+pub enum EffectChoice {
     /// The planner decides.
     Auto {
         /// KeptEffect regardless of their bound.
@@ -103,7 +103,7 @@ pub enum Choice {
     None,
 }
 
-impl Choice {
+impl EffectChoice {
     /// Reads "auto", "all", "none" or "+name,-name". Fails on a sentence naming the part that is none of these.
     pub fn parse(text: &str, known: &[&str]) -> Result<Self, String> {
         let (mut added, mut removed) = (Vec::new(), Vec::new());
@@ -137,7 +137,7 @@ pub fn bound(effect: &dyn Effect, facts: &Facts) -> Option<Omission> {
 }
 
 /// Decides which effects run. `accuracy` is the share of a pixel's own noise that all omissions together may reach.
-pub fn plan(effects: Vec<Box<dyn Effect>>, regions: &[Region], accuracy: f64, choice: &Choice) -> Plan {
+pub fn plan(effects: Vec<Box<dyn Effect>>, regions: &[Region], accuracy: f64, choice: &EffectChoice) -> Plan {
     assert!(accuracy >= 0.0, "a negative error budget cannot be met");
     assert!(!regions.is_empty(), "a plan needs at least one region");
     let omissions: Vec<Vec<Option<Omission>>> = effects
@@ -187,12 +187,12 @@ fn choose(
     omissions: &[Vec<Option<Omission>>],
     regions: &[Region],
     accuracy: f64,
-    choice: &Choice,
+    choice: &EffectChoice,
 ) -> Vec<bool> {
     let (added, removed) = match choice {
-        Choice::All => return vec![false; effects.len()],
-        Choice::None => return vec![true; effects.len()],
-        Choice::Auto { added, removed } => (added, removed),
+        EffectChoice::All => return vec![false; effects.len()],
+        EffectChoice::None => return vec![true; effects.len()],
+        EffectChoice::Auto { added, removed } => (added, removed),
     };
     let named = |list: &[String], index: usize| list.iter().any(|name| name == effects[index].name());
     let mut omit: Vec<bool> = (0..effects.len()).map(|index| named(removed, index)).collect();
@@ -307,8 +307,8 @@ mod tests {
         Box::new(Sample { name, omission: Some(Omission { bias_e, variance_e2 }) })
     }
 
-    fn auto() -> Choice {
-        Choice::parse("auto", &[]).unwrap()
+    fn auto() -> EffectChoice {
+        EffectChoice::parse("auto", &[]).unwrap()
     }
 
     #[test]
@@ -346,13 +346,13 @@ mod tests {
     #[test]
     fn the_users_word_goes_before_the_budget() {
         let make = || vec![sample("big", 1e6, 0.0), sample("small", 0.0, 0.0)];
-        let choice = Choice::parse("-big,+small", &["big", "small"]).unwrap();
+        let choice = EffectChoice::parse("-big,+small", &["big", "small"]).unwrap();
         let chosen = plan(make(), &[region(1.0)], 0.1, &choice);
         assert_eq!(chosen.omitted[0].name, "big");
         assert_eq!(chosen.kept[0].name, "small");
         assert_eq!(chosen.bound.bias_e, 1e6, "what the user removed is still stated");
-        assert_eq!(plan(make(), &[region(1.0)], 0.1, &Choice::All).kept.len(), 2);
-        assert_eq!(plan(make(), &[region(1.0)], 0.1, &Choice::None).kept.len(), 0);
-        assert!(Choice::parse("+other", &["big"]).is_err());
+        assert_eq!(plan(make(), &[region(1.0)], 0.1, &EffectChoice::All).kept.len(), 2);
+        assert_eq!(plan(make(), &[region(1.0)], 0.1, &EffectChoice::None).kept.len(), 0);
+        assert!(EffectChoice::parse("+other", &["big"]).is_err());
     }
 }

@@ -32,7 +32,7 @@ pub fn dark_sigma_e(parameters: &Parameters) -> f64 {
 }
 
 /// What holds for the whole frame.
-struct Frame {
+struct FrameFacts {
     exposure_s: f64,
     storage_s_max: f64,
     /// Greatest mean photoelectrons of a pixel, parasitic light included.
@@ -42,7 +42,7 @@ struct Frame {
 }
 
 /// Greatest mean, and root mean square, of what a pixel holds beside its own light, in electrons.
-fn dark_e(parameters: &Parameters, frame: &Frame) -> [f64; 2] {
+fn dark_e(parameters: &Parameters, frame: &FrameFacts) -> [f64; 2] {
     let pixel = &parameters.pixel;
     let (charge_e, charge_e2) = pixel::dark_charge_e(pixel, frame.exposure_s, frame.storage_s_max, frame.dies);
     let gain_uv_per_e = pixel.conversion_gain_uv_per_e;
@@ -106,7 +106,7 @@ pub fn regions(
     let high_e = most_e(parameters, light_e);
     let low_e = lesser(light.photons_min * efficiency, high_e);
     let spill_slope_max = pixel::spill_slope_max(pixel, high_e, [exposure_s, storage_s_max], dies);
-    let frame = Frame { exposure_s, storage_s_max, e_max: high_e, spill_slope_max, dies };
+    let frame = FrameFacts { exposure_s, storage_s_max, e_max: high_e, spill_slope_max, dies };
     let ([dark_mean_e, dark_rms_e], dark_e) = (dark_e(parameters, &frame), dark_sigma_e(parameters));
     // The noise that a pixel has anyway is least where the ramp is finest.
     let step_e = parameters.adc.lsb_uv_min() / parameters.pixel.conversion_gain_uv_per_e;

@@ -2,7 +2,7 @@
 //! of the ramp. Formulas stand in docs/energy.md.
 
 use super::constant::Constant;
-use super::item::{Amount, Build, Design, Rail};
+use super::item::{Amount, Design, ItemBuilder, Rail};
 use super::params::Architecture;
 use crate::adc::{Counter, Counting};
 use crate::events::{Block, Event};
@@ -23,7 +23,7 @@ pub(super) fn cycles(bits: u32) -> f64 {
 }
 
 /// Adds the items of the converters.
-pub(super) fn items(build: &mut Build<'_>) {
+pub(super) fn items(build: &mut ItemBuilder<'_>) {
     let (design, supply_v) = (build.design, build.design.supply_v);
     let (analog, digital) = ((Block::Adc, Rail::Analog), (Block::Adc, Rail::Digital));
     let bits = f64::from(design.adc.bits);
@@ -73,7 +73,7 @@ pub(super) fn items(build: &mut Build<'_>) {
     }
 }
 
-fn single_slope(build: &mut Build<'_>) {
+fn single_slope(build: &mut ItemBuilder<'_>) {
     let (design, supply_v) = (build.design, build.design.supply_v);
     let (analog, digital) = ((Block::Adc, Rail::Analog), (Block::Adc, Rail::Digital));
     let (columns, logic) = (f64::from(design.columns) / NOMINAL_COLUMNS, build.logic_factor());

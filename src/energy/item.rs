@@ -96,7 +96,7 @@ pub struct Design {
 }
 
 /// The items while they are made.
-pub(super) struct Build<'a> {
+pub(super) struct ItemBuilder<'a> {
     pub design: &'a Design,
     pub technology: &'a Technology,
     /// Nanoseconds of a frame in which the sensor is awake.

@@ -6,7 +6,7 @@
 
 use super::constant::Constant;
 use super::converter;
-pub(super) use super::item::Build;
+pub(super) use super::item::ItemBuilder;
 pub use super::item::{Amount, Design, Item, Rail};
 use super::params::{EnergyParams, Periphery, Port};
 use super::technology::Technology;
@@ -112,7 +112,7 @@ impl SensorPower {
         let lane_ps_per_byte = u64_half_even(8e12 / (2.0 * f64_from_u64(link.frequency_hz)));
         let lane_ns_per_burst = nanoseconds(link.seconds(link.burst_overhead()));
         let pixel_die = design.params.pixel_node_nm.map(|node_nm| technology.scaled_to(node_nm));
-        let mut build = Build { design: &design, technology: &technology, awake_ns, items: Vec::new() };
+        let mut build = ItemBuilder { design: &design, technology: &technology, awake_ns, items: Vec::new() };
         build.pixels(pixel_die.as_ref().unwrap_or(&technology));
         converter::items(&mut build);
         build.readout();
@@ -148,7 +148,7 @@ fn nanoseconds(seconds: f64) -> u64 {
     u64_half_even(seconds * 1e9)
 }
 
-impl Build<'_> {
+impl ItemBuilder<'_> {
     /// An event or count that costs picojoules.
     pub fn pj(&mut self, (block, rail): (Block, Rail), amount: Amount, of: Constant, energy_pj: f64) {
         let name = match amount {

@@ -50,7 +50,7 @@ pub enum Scaling {
 
 /// The value of a constant and what is known of it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Value {
+pub struct ConstantValue {
     /// In the constant's unit, 0 or more.
     pub value: f64,
     /// The true value lies within this factor both ways, with 95 % confidence. 1 to 1000.
@@ -71,7 +71,7 @@ pub struct Technology {
     /// Supply of the logic, in V.
     pub core_voltage_v: f64,
     /// One for each of `Constant::ALL`, in that order.
-    values: Vec<Value>,
+    values: Vec<ConstantValue>,
 }
 
 impl Technology {
@@ -127,7 +127,7 @@ impl Technology {
         }
         let text = read(name)?;
         above.push(name.to_owned());
-        let lines = Lines::of(name, &text)?;
+        let lines = ValueLines::of(name, &text)?;
         let base = match lines.values.get("extends") {
             None => Self::by_name("65nm")?,
             Some(toml::Value::String(base)) => {
@@ -157,7 +157,7 @@ impl Technology {
     /// Reads a technology file over a base, whose constants it takes to its own node where it has none itself. `file` is its name for
     /// messages. Fails on unknown keys, constants and units; a missing node; a value out of range; with file, line, key and value.
     pub fn parse(file: &str, text: &str, base: Option<&Self>) -> Result<Self, Error> {
-        let lines = Lines::of(file, text)?;
+        let lines = ValueLines::of(file, text)?;
         for key in lines.values.keys() {
             if !["name", "title", "node_nm", "core_voltage_v", "extends", "constant"].contains(&key.as_str()) {
                 let reason = "unknown key; use name, title, node_nm, core_voltage_v, extends or constant";
@@ -210,13 +210,17 @@ impl Technology {
         let wider = libm::pow(if ratio > 1.0 { ratio } else { 1.0 / ratio }, UNCERTAINTY_EXPONENT);
         let powers = [Constant::AnalogExponent, Constant::DigitalExponent]
             .map(|exponent| libm::pow(ratio, self.value(exponent)));
-        let scaled = |value: &Value| {
+        let scaled = |value: &ConstantValue| {
             let (factor, wider) = match value.scaling {
                 Scaling::None => (1.0, 1.0),
                 Scaling::Analog => (powers[0], wider),
                 Scaling::Digital => (powers[1], wider),
             };
-            Value { value: value.value * factor, uncertainty_factor: value.uncertainty_factor * wider, ..value.clone() }
+            ConstantValue {
+                value: value.value * factor,
+                uncertainty_factor: value.uncertainty_factor * wider,
+                ..value.clone()
+            }
         };
         let values = self.values.iter().map(scaled).collect();
         Self { node_nm, core_voltage_v: usual_voltage_v(node_nm), values, ..self.clone() }
@@ -256,7 +260,7 @@ impl Technology {
     }
 
     /// The value of a constant with what is known of it.
-    pub fn of(&self, constant: Constant) -> &Value {
+    pub fn of(&self, constant: Constant) -> &ConstantValue {
         &self.values[constant as usize]
     }
 }
@@ -291,13 +295,13 @@ fn in_range(value: f64, least: f64, most: f64) -> Result<f64, String> {
 }
 
 /// A file's values, and the line of each.
-struct Lines<'a> {
+struct ValueLines<'a> {
     file: &'a str,
     values: toml::Table,
     lines: BTreeMap<String, usize>,
 }
 
-impl<'a> Lines<'a> {
+impl<'a> ValueLines<'a> {
     fn of(file: &'a str, text: &str) -> Result<Self, Error> {
         let line_at = |offset: usize| 1 + text.bytes().take(offset).filter(|&byte| byte == b'\n').count();
         let refused = |error: &toml::de::Error| {
@@ -349,7 +353,12 @@ impl<'a> Lines<'a> {
     }
 
     /// A constant of the file over that of the base.
-    fn constant(&self, constant: Constant, constants: &toml::Table, below: Option<Value>) -> Result<Value, Error> {
+    fn constant(
+        &self,
+        constant: Constant,
+        constants: &toml::Table,
+        below: Option<ConstantValue>,
+    ) -> Result<ConstantValue, Error> {
         let (name, unit) = (constant.name(), constant.unit().key());
         let path = format!("constant.{name}");
         let table = match (constants.get(name), &below) {
@@ -386,7 +395,7 @@ impl<'a> Lines<'a> {
             Some(toml::Value::String(source)) => source.clone(),
             Some(_) => return Err(self.refuse(&format!("{path}.source"), "must be a text; use \"measured\"")),
         };
-        Ok(Value { value, uncertainty_factor: factor.unwrap_or(1.0), scaling, source })
+        Ok(ConstantValue { value, uncertainty_factor: factor.unwrap_or(1.0), scaling, source })
     }
 }
 

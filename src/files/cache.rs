@@ -36,7 +36,7 @@ pub struct Cache {
 
 /// What lies under a key.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Found {
+pub enum CacheEntry {
     /// The bytes as they were stored.
     Whole(Vec<u8>),
     /// A file whose checksum does not hold, or that cannot be read.
@@ -79,8 +79,8 @@ impl Cache {
     /// The bytes under a key, if they are there and whole. Marks them as used now.
     pub fn get(&self, key: &str) -> Option<Vec<u8>> {
         match self.find(key) {
-            Found::Whole(bytes) => Some(bytes),
-            Found::Damaged | Found::Absent => None,
+            CacheEntry::Whole(bytes) => Some(bytes),
+            CacheEntry::Damaged | CacheEntry::Absent => None,
         }
     }
 
@@ -90,28 +90,28 @@ impl Cache {
     }
 
     /// What lies under a key. Marks it as used now.
-    pub fn find(&self, key: &str) -> Found {
+    pub fn find(&self, key: &str) -> CacheEntry {
         let path = self.path(key);
         let file = match open_regular(&path) {
             Ok(file) => file,
             // A file that another process has put there since is one of the next look.
             Err(Error::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
                 let is_broken_link = fs::symlink_metadata(&path).is_ok_and(|metadata| metadata.is_symlink());
-                return if is_broken_link { Found::Damaged } else { Found::Absent };
+                return if is_broken_link { CacheEntry::Damaged } else { CacheEntry::Absent };
             }
-            Err(_) if fs::symlink_metadata(&path).is_ok() => return Found::Damaged,
-            Err(_) => return Found::Absent,
+            Err(_) if fs::symlink_metadata(&path).is_ok() => return CacheEntry::Damaged,
+            Err(_) => return CacheEntry::Absent,
         };
         let used = file.try_clone();
-        let Ok(mut bytes) = read_opened(file, &path, self.capacity_bytes) else { return Found::Damaged };
+        let Ok(mut bytes) = read_opened(file, &path, self.capacity_bytes) else { return CacheEntry::Damaged };
         match bytes.split_at_checked(CHECKSUM_BYTES) {
             Some((checksum, content)) if blake3::hash(content).as_bytes() == checksum => {}
-            _ => return Found::Damaged,
+            _ => return CacheEntry::Damaged,
         }
         // The time of use matters for the order of eviction only: a read-only cache works as well.
         let _ = used.and_then(|file| file.set_modified(SystemTime::now()));
         bytes.drain(..CHECKSUM_BYTES);
-        Found::Whole(bytes)
+        CacheEntry::Whole(bytes)
     }
 
     /// Stores bytes under a key, then removes the least recently used entries beyond the capacity. Bytes that alone are

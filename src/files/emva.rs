@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::errors::io_error;
-use crate::characterize::{Set, Shot, Truth};
+use crate::characterize::{ChannelTruth, PlannedShot, Set};
 use crate::error::Error;
 use crate::num::low_u8;
 use crate::plane::Plane;
@@ -34,7 +34,7 @@ impl EmvaWriter {
     }
 
     /// Writes one frame and its line. Frames come in the order of `Set::shots`.
-    pub fn frame(&mut self, shot: &Shot, codes: &Plane<u16>) -> Result<(), Error> {
+    pub fn frame(&mut self, shot: &PlannedShot, codes: &Plane<u16>) -> Result<(), Error> {
         let exposure_ns = shot.exposure.exposure_ns;
         // Floats are printed with all the digits they need to come back as they were.
         match (shot.is_first, shot.is_lit) {
@@ -49,7 +49,7 @@ impl EmvaWriter {
     }
 
     /// Writes descriptor and truth. A truth without any figure is not written: there is nothing to judge.
-    pub fn finish(self, truth: &Truth) -> Result<(), Error> {
+    pub fn finish(self, truth: &ChannelTruth) -> Result<(), Error> {
         let write = |name: &str, text: &str| {
             let path = self.folder.join(name);
             std::fs::write(&path, text).map_err(io_error(&path))

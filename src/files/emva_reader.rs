@@ -8,8 +8,8 @@ use std::path::Path;
 
 use super::input::InputFolders;
 use super::picture;
-use crate::characterize::measure::Measurement;
-use crate::characterize::set::{Exposure, Shot};
+use crate::characterize::measure::ChannelMeasurement;
+use crate::characterize::set::{PlannedShot, SeriesExposure};
 use crate::error::Error;
 use crate::plane::Plane;
 use crate::scene::images::PictureBytes as _;
@@ -27,7 +27,7 @@ const SIDE_PX_MAX: u32 = 8_192;
 
 /// Frames of one exposure and light.
 #[derive(Debug)]
-struct Group {
+struct EmvaGroup {
     line: usize,
     is_lit: bool,
     exposure_ns: u64,
@@ -39,7 +39,7 @@ struct Group {
 /// A measurement that was read.
 pub struct FoundMeasurement {
     /// Its sums.
-    pub measurement: Measurement,
+    pub measurement: ChannelMeasurement,
     /// Depth of the codes.
     pub bits: u32,
     /// Of the frames.
@@ -49,7 +49,7 @@ pub struct FoundMeasurement {
     /// Frames of each stack.
     pub stack: usize,
     /// Exposure and light of both stacks.
-    pub half: Exposure,
+    pub half: SeriesExposure,
     /// What a user should know.
     pub warnings: Vec<String>,
 }
@@ -64,11 +64,11 @@ pub fn read(folder: &Path) -> Result<FoundMeasurement, Error> {
     let files = InputFolders::new(vec![folder.to_owned()]);
     let text = String::from_utf8(files.read(DESCRIPTOR)?)
         .map_err(|_| refused("is no UTF-8 text; use a descriptor of EMVA 1288".to_owned()))?;
-    let descriptor = Descriptor::parse(&text)?;
+    let descriptor = EmvaDescriptor::parse(&text)?;
     let series = descriptor.series()?;
     let half = series.stacks[0].exposure();
-    let exposures: Vec<Exposure> = series.points.iter().map(|[bright, _]| bright.exposure()).collect();
-    let mut measurement = Measurement::of_points(descriptor.size, &exposures);
+    let exposures: Vec<SeriesExposure> = series.points.iter().map(|[bright, _]| bright.exposure()).collect();
+    let mut measurement = ChannelMeasurement::of_points(descriptor.size, &exposures);
     let mut greatest = 0;
     let (stacks, mut number) = (series.stacks.map(|group| (None, group)), 0);
     let points = series.points.iter().enumerate().flat_map(|(at, pair)| pair.map(|group| (Some(at), group)));
@@ -77,7 +77,7 @@ pub fn read(folder: &Path) -> Result<FoundMeasurement, Error> {
         for (place, file) in group.files.iter().take(most).enumerate() {
             let codes = frame(&files, file, descriptor.size, descriptor.bits)?;
             greatest = codes.values().iter().copied().fold(greatest, u16::max);
-            let shot = Shot {
+            let shot = PlannedShot {
                 frame: FrameIndex(number),
                 exposure: group.exposure(),
                 is_lit: group.is_lit,
@@ -96,7 +96,7 @@ pub fn read(folder: &Path) -> Result<FoundMeasurement, Error> {
             descriptor.bits
         ));
     }
-    let Descriptor { bits, size, .. } = descriptor;
+    let EmvaDescriptor { bits, size, .. } = descriptor;
     Ok(FoundMeasurement { measurement, bits, size, points: exposures.len(), stack: series.stack, half, warnings })
 }
 
@@ -104,30 +104,30 @@ fn refused(reason: String) -> Error {
     Error::Content { file: DESCRIPTOR.to_owned(), reason }
 }
 
-struct Descriptor {
+struct EmvaDescriptor {
     bits: u32,
     size: Size,
-    groups: Vec<Group>,
+    groups: Vec<EmvaGroup>,
 }
 
 /// Points and stacks of a descriptor, bright before dark.
-struct Series<'a> {
-    points: Vec<[&'a Group; 2]>,
-    stacks: [&'a Group; 2],
+struct EmvaSeries<'a> {
+    points: Vec<[&'a EmvaGroup; 2]>,
+    stacks: [&'a EmvaGroup; 2],
     /// Frames that both stacks have.
     stack: usize,
 }
 
-impl Group {
-    fn exposure(&self) -> Exposure {
-        Exposure { exposure_ns: self.exposure_ns, photons: self.photons }
+impl EmvaGroup {
+    fn exposure(&self) -> SeriesExposure {
+        SeriesExposure { exposure_ns: self.exposure_ns, photons: self.photons }
     }
 }
 
-impl Descriptor {
+impl EmvaDescriptor {
     fn parse(text: &str) -> Result<Self, Error> {
         let mut found: Option<(u32, Size)> = None;
-        let mut groups: Vec<Group> = Vec::new();
+        let mut groups: Vec<EmvaGroup> = Vec::new();
         for (place, line) in text.lines().enumerate() {
             let number = place + 1;
             let wrong =
@@ -158,7 +158,7 @@ impl Descriptor {
                         return Err(wrong("an exposure of 1 to 1e15 ns and 0 to 1e12 photons a pixel"));
                     }
                     let exposure_ns = crate::num::u64_half_even(exposure_ns);
-                    groups.push(Group { line: number, is_lit, exposure_ns, photons, files: Vec::new() });
+                    groups.push(EmvaGroup { line: number, is_lit, exposure_ns, photons, files: Vec::new() });
                 }
                 ["i", file] => {
                     // Windows tools write backslashes.
@@ -172,7 +172,7 @@ impl Descriptor {
         Ok(Self { bits, size, groups })
     }
 
-    fn series(&self) -> Result<Series<'_>, Error> {
+    fn series(&self) -> Result<EmvaSeries<'_>, Error> {
         let stack = |is_lit: bool| {
             let of = self.groups.iter().filter(|group| group.is_lit == is_lit && group.files.len() >= STACK_MIN);
             let kind = if is_lit { "bright" } else { "dark" };
@@ -187,7 +187,7 @@ impl Descriptor {
                 "its bright stack has {bright} ns, its dark one {dark} ns; use one exposure for both"
             )));
         }
-        let dark = |bright: &Group| {
+        let dark = |bright: &EmvaGroup| {
             self.groups
                 .iter()
                 .find(|group| !group.is_lit && group.exposure_ns == bright.exposure_ns && group.files.len() == 2)
@@ -195,7 +195,7 @@ impl Descriptor {
         let mut points = Vec::new();
         for bright in self.groups.iter().filter(|group| group.is_lit && group.files.len() == 2) {
             let dark = dark(bright).ok_or_else(|| {
-                let Group { line, exposure_ns, .. } = bright;
+                let EmvaGroup { line, exposure_ns, .. } = bright;
                 refused(format!("line {line}: no dark pair has its exposure of {exposure_ns} ns; add two dark frames"))
             })?;
             points.push([bright, dark]);
@@ -212,7 +212,7 @@ impl Descriptor {
             return Err(refused(reason));
         }
         let frames = stacks.map(|group| group.files.len());
-        Ok(Series { points, stacks, stack: frames[0].min(frames[1]) })
+        Ok(EmvaSeries { points, stacks, stack: frames[0].min(frames[1]) })
     }
 }
 

@@ -21,7 +21,7 @@ use super::errors::io_error;
 use crate::error::Error;
 use contents::{Inside, WORK};
 use lock::Lock;
-use manifest::{Care, Listed, Manifest, Survey};
+use manifest::{Care, FolderList, Manifest, Survey};
 
 pub use manifest::MARKER;
 use parents::{Parents, resolve, until_parents_stay};
@@ -58,7 +58,7 @@ enum WriteMode {
 
 /// A result in its place.
 #[derive(Debug)]
-pub struct Placed {
+pub struct PlacedResult {
     /// The folder.
     pub folder: PathBuf,
     /// Files and folders of others that stood in the way and were kept under these names.
@@ -93,12 +93,12 @@ impl OutputFolder {
         let (mode, root) = if must_stay || lock.is_none() {
             let mut inside = Inside::take(&target)?;
             kept.append(&mut inside.kept);
-            State::of(&target, Care::Quick)?;
+            PlaceState::of(&target, Care::Quick)?;
             let root = inside.build()?;
             (WriteMode::Inside(inside), root)
         } else {
             kept.extend(Inside::settle(&target)?);
-            State::of(&target, Care::Quick)?;
+            PlaceState::of(&target, Care::Quick)?;
             let root = work::fresh(&parent, &name)?;
             (WriteMode::Beside { parent }, root)
         };
@@ -122,30 +122,30 @@ impl OutputFolder {
     /// Puts the folder in its place. What this program wrote there before is removed once the new one stands. Fails on the place holds
     /// something that is not this program's, or the disk says no. The place is as it was then, and the finished result stays beside it
     /// under the name that the error says.
-    pub fn commit(self) -> Result<Placed, Error> {
+    pub fn commit(self) -> Result<PlacedResult, Error> {
         self.commit_by(disk::exchange)
     }
 
-    fn commit_by(mut self, exchange: fn(&Path, &Path) -> io::Result<()>) -> Result<Placed, Error> {
+    fn commit_by(mut self, exchange: fn(&Path, &Path) -> io::Result<()>) -> Result<PlacedResult, Error> {
         let manifest = Manifest::seal(&self.root)?;
         match self.put(&manifest, exchange) {
             Ok(()) => {
                 self.is_done = true;
                 self.parents.0.clear();
-                Ok(Placed { folder: self.target.clone(), kept: std::mem::take(&mut self.kept) })
+                Ok(PlacedResult { folder: self.target.clone(), kept: std::mem::take(&mut self.kept) })
             }
             Err(error) => Err(self.keep_finished(error)),
         }
     }
 
     fn put(&mut self, manifest: &Manifest, exchange: fn(&Path, &Path) -> io::Result<()>) -> Result<(), Error> {
-        let state = State::of(&self.target, Care::Full)?;
+        let state = PlaceState::of(&self.target, Care::Full)?;
         let failed = |source| io_error(&self.target)(source);
         let parent = match &mut self.mode {
             WriteMode::Inside(inside) => {
                 let (old, survey) = match &state {
-                    State::Ours(old, survey) => (Some(old), Some(survey)),
-                    State::Free => (None, None),
+                    PlaceState::Ours(old, survey) => (Some(old), Some(survey)),
+                    PlaceState::Free => (None, None),
                 };
                 inside.swap(manifest, old, survey)?;
                 self.kept.append(&mut inside.kept);
@@ -156,7 +156,7 @@ impl OutputFolder {
         if let Ok(metadata) = std::fs::metadata(&self.target) {
             disk::copy_ownership(&metadata, &self.root).map_err(failed)?;
         }
-        let State::Ours(_, survey) = state else {
+        let PlaceState::Ours(_, survey) = state else {
             // An empty folder is replaced in the same step; one that was filled meanwhile is not.
             disk::rename(&self.root, &self.target).map_err(failed)?;
             return disk::sync_folder(parent).map_err(failed);
@@ -231,14 +231,14 @@ impl Drop for OutputFolder {
 }
 
 /// What stands in the place, where that may be replaced.
-enum State {
+enum PlaceState {
     /// Nothing, or an empty folder.
     Free,
     /// A result of this program, and nothing else.
     Ours(Manifest, Survey),
 }
 
-impl State {
+impl PlaceState {
     fn of(target: &Path, care: Care) -> Result<Self, Error> {
         let metadata = match std::fs::symlink_metadata(target) {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Self::Free),
@@ -251,18 +251,18 @@ impl State {
             return Err(refused(target, "is write-protected; name another folder"));
         }
         match Manifest::of(target)? {
-            Listed::Whole(manifest) => {
+            FolderList::Whole(manifest) => {
                 let survey = manifest.survey(target, care, &[WORK])?;
                 check_survey(target, &survey)?;
                 Ok(Self::Ours(manifest, survey))
             }
-            Listed::Other(reason, _) => {
+            FolderList::Other(reason, _) => {
                 let reason = format!(
                     "holds a {MARKER} that {reason}, so nothing in it is replaced; remove the folder yourself or name another"
                 );
                 Err(refused(target, reason))
             }
-            Listed::Absent => {
+            FolderList::Absent => {
                 let mut entries = std::fs::read_dir(target).map_err(io_error(target))?;
                 if entries.all(|entry| entry.is_ok_and(|entry| entry.file_name() == WORK)) {
                     return Ok(Self::Free);

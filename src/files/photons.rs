@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use pco::ChunkConfig;
 
-use super::cache::{Cache, Found};
+use super::cache::{Cache, CacheEntry};
 use crate::error::Error;
 use crate::num::u64_from;
 use crate::optics::{Exposure, Rounding};
@@ -89,9 +89,9 @@ impl PhotonFiles {
 impl PhotonStore for PhotonFiles {
     fn load(&self, key: &str) -> Option<Exposure> {
         let decoded = match self.cache.find(key) {
-            Found::Whole(bytes) => decode(&bytes),
-            Found::Damaged => None,
-            Found::Absent => {
+            CacheEntry::Whole(bytes) => decode(&bytes),
+            CacheEntry::Damaged => None,
+            CacheEntry::Absent => {
                 self.count(&self.rendered);
                 return None;
             }

@@ -8,7 +8,7 @@ mod index;
 mod keep;
 mod tum;
 
-pub use keep::{Keep, Kept};
+pub use keep::{Keep, KeptOutput};
 pub use tum::TumWriter;
 
 use std::path::{Path, PathBuf};
@@ -33,7 +33,7 @@ pub struct TruthWriter {
 }
 
 /// One camera of one frame.
-struct Place<'a> {
+struct CameraPlace<'a> {
     camera: usize,
     timestamp_ns: u64,
     session: &'a Session,
@@ -52,7 +52,7 @@ impl TruthWriter {
                 std::fs::create_dir_all(&path).map_err(io_error(&path))?;
             }
         }
-        let tum = if keep.has(Kept::Tum) { Some(TumWriter::create(&folder.join("tum"))?) } else { None };
+        let tum = if keep.has(KeptOutput::Tum) { Some(TumWriter::create(&folder.join("tum"))?) } else { None };
         Ok(Self { folder: folder.to_owned(), keep: keep.clone(), tum })
     }
 
@@ -60,7 +60,7 @@ impl TruthWriter {
     pub fn add_frame(&mut self, session: &Session, frame: &Frame) -> Result<(), Error> {
         let timestamp_ns = u64_half_even(frame.t_s * 1e9);
         for (camera, seen) in frame.cameras.iter().enumerate() {
-            let place = Place { camera, timestamp_ns, session, frame };
+            let place = CameraPlace { camera, timestamp_ns, session, frame };
             self.stages(&place, seen)?;
             self.geometry(&place)?;
         }
@@ -83,24 +83,24 @@ impl TruthWriter {
         write(&self.folder.join("ground_truth.json"), index::text(&self.keep, setup)?.as_bytes())
     }
 
-    fn path(&self, folder: &str, place: &Place<'_>, extension: &str) -> PathBuf {
+    fn path(&self, folder: &str, place: &CameraPlace<'_>, extension: &str) -> PathBuf {
         let camera = format!("cam{}", place.camera);
         self.folder.join(folder).join(camera).join(format!("{}.{extension}", place.timestamp_ns))
     }
 
     /// What stages before the codes made.
-    fn stages(&self, place: &Place<'_>, seen: &CameraFrame) -> Result<(), Error> {
-        if self.keep.has(Kept::Photons) {
+    fn stages(&self, place: &CameraPlace<'_>, seen: &CameraFrame) -> Result<(), Error> {
+        if self.keep.has(KeptOutput::Photons) {
             let channels = [("Y", (*seen.photons).clone())];
             write_exr(&self.path("photons", place, "exr"), channels)?;
         }
-        if let Some(electrons) = seen.electrons.as_ref().filter(|_| self.keep.has(Kept::Electrons)) {
+        if let Some(electrons) = seen.electrons.as_ref().filter(|_| self.keep.has(KeptOutput::Electrons)) {
             write_exr(&self.path("electrons", place, "exr"), [("Y", electrons.clone())])?;
         }
-        if self.keep.has(Kept::Codes) {
+        if self.keep.has(KeptOutput::Codes) {
             super::picture::write_grey_16(&self.path("codes", place, "png"), &seen.codes)?;
         }
-        if self.keep.has(Kept::Colour) {
+        if self.keep.has(KeptOutput::Colour) {
             let colour = place.session.colour(place.frame.frame, place.camera)?;
             write_exr(&self.path("colour", place, "exr"), colour)?;
         }
@@ -108,13 +108,13 @@ impl TruthWriter {
     }
 
     /// What the scene's shape and the motion imply.
-    fn geometry(&mut self, place: &Place<'_>) -> Result<(), Error> {
+    fn geometry(&mut self, place: &CameraPlace<'_>) -> Result<(), Error> {
         let (session, camera) = (place.session, place.camera);
         let setup = session.setup();
         // The motion was checked to cover the whole run before the first frame.
         let pose = |t_s: f64| setup.motion.world_from_body(t_s).expect("the motion covers the run");
         let view = session.view(place.frame.frame, camera, &pose);
-        if self.keep.has(Kept::Poses) {
+        if self.keep.has(KeptOutput::Poses) {
             write(&self.path("poses", place, "csv"), encode::pose_table(&view).as_bytes())?;
         }
         let has_tum_depth = self.tum.is_some() && camera == 0;
@@ -132,11 +132,11 @@ impl TruthWriter {
             tum.add_frame(place.timestamp_ns, codes, setup.sensor.bits(), &depth, &world_from_camera)?;
         }
         let next = FrameIndex(place.frame.frame.0 + 1);
-        if next.0 < setup.frames && (self.keep.has(Kept::Flow) || self.keep.has(Kept::Visibility)) {
+        if next.0 < setup.frames && (self.keep.has(KeptOutput::Flow) || self.keep.has(KeptOutput::Visibility)) {
             let found = matches(scene, &view, &seen, &session.view(next, camera, &pose));
             self.to_next(place, found)?;
         }
-        if self.keep.has(Kept::Stereo) {
+        if self.keep.has(KeptOutput::Stereo) {
             for other in 0..setup.cameras.len() {
                 if (camera == 0) != (other == 0) {
                     let found = matches(scene, &view, &seen, &session.view(place.frame.frame, other, &pose));
@@ -148,8 +148,8 @@ impl TruthWriter {
     }
 
     /// Depth of a world of pictures, which have no other shape.
-    fn picture_depth(&self, place: &Place<'_>) -> Result<(), Error> {
-        if !self.keep.has(Kept::Depth) {
+    fn picture_depth(&self, place: &CameraPlace<'_>) -> Result<(), Error> {
+        if !self.keep.has(KeptOutput::Depth) {
             return Ok(());
         }
         let (setup, frame) = (place.session.setup(), place.frame);
@@ -159,21 +159,27 @@ impl TruthWriter {
         write_exr(&self.path("depth", place, "exr"), [("Z", depth_m)])
     }
 
-    fn shape(&self, place: &Place<'_>, scene: Shapes<'_>, view: &TruthView<'_>, seen: &Surfaces) -> Result<(), Error> {
-        if self.keep.has(Kept::Depth) {
+    fn shape(
+        &self,
+        place: &CameraPlace<'_>,
+        scene: Shapes<'_>,
+        view: &TruthView<'_>,
+        seen: &Surfaces,
+    ) -> Result<(), Error> {
+        if self.keep.has(KeptOutput::Depth) {
             let depth_m = seen.depth_m(view);
             super::picture::write_grey_16(&self.path("depth", place, "png"), &encode::depth_steps(&depth_m))?;
             write_exr(&self.path("depth", place, "exr"), [("Z", depth_m), ("range", seen.range_m())])?;
         }
-        if self.keep.has(Kept::Normals) {
+        if self.keep.has(KeptOutput::Normals) {
             let [x, y, z] = seen.normals(scene, view);
             write_exr(&self.path("normals", place, "exr"), [("normal.X", x), ("normal.Y", y), ("normal.Z", z)])?;
         }
-        if self.keep.has(Kept::Materials) {
+        if self.keep.has(KeptOutput::Materials) {
             let numbers = seen.materials(scene).map(|number| u16::try_from(number).unwrap_or(u16::MAX));
             super::picture::write_grey_16(&self.path("materials", place, "png"), &numbers)?;
         }
-        if self.keep.has(Kept::Objects) {
+        if self.keep.has(KeptOutput::Objects) {
             let instance = |number: u32| scene.object(number).map_or(0, |object| object.instance);
             let numbers = seen.object.map(|number| u16::try_from(instance(number)).unwrap_or(u16::MAX));
             super::picture::write_grey_16(&self.path("objects", place, "png"), &numbers)?;
@@ -181,11 +187,11 @@ impl TruthWriter {
         Ok(())
     }
 
-    fn to_next(&self, place: &Place<'_>, found: Matches) -> Result<(), Error> {
-        if self.keep.has(Kept::Visibility) {
+    fn to_next(&self, place: &CameraPlace<'_>, found: Matches) -> Result<(), Error> {
+        if self.keep.has(KeptOutput::Visibility) {
             encode::write_grey_8(&self.path("visibility", place, "png"), &codes_of(&found.seen))?;
         }
-        if self.keep.has(Kept::Flow) {
+        if self.keep.has(KeptOutput::Flow) {
             encode::write_flow_16(&self.path("flow", place, "png"), &found)?;
             let channels = [("forward.u", found.dx_px), ("forward.v", found.dy_px)];
             write_exr(&self.path("flow", place, "exr"), channels)?;
@@ -193,7 +199,7 @@ impl TruthWriter {
         Ok(())
     }
 
-    fn to_other(&self, place: &Place<'_>, other: usize, found: Matches) -> Result<(), Error> {
+    fn to_other(&self, place: &CameraPlace<'_>, other: usize, found: Matches) -> Result<(), Error> {
         let folder = self.folder.join("stereo").join(keep::pair(place.camera, other));
         let name = |extension: &str| folder.join(format!("{}.{extension}", place.timestamp_ns));
         encode::write_grey_8(&name("png"), &codes_of(&found.seen))?;

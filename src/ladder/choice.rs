@@ -7,10 +7,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::clocks::Cost;
+use super::clocks::MeasuredCost;
 use super::knobs::{EffectsKnob, Setting};
 use super::margin::hidden;
-use super::measure::Bench;
+use super::measure::LadderBench;
 use super::pictures::{Rendered, Sensing, mean_square, render_all, sense_all};
 use super::reference::{Reference, reference};
 use crate::error::Error;
@@ -30,7 +30,7 @@ pub enum Goal {
 /// A setting that meets a goal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Choice {
+pub struct ChosenSetting {
     /// Assignments that make the run.
     pub settings: Vec<String>,
     /// The setting, for a person.
@@ -71,12 +71,12 @@ const REFERENCE_SHARES: [f64; 3] = [0.5, 0.25, 0.125];
 
 /// What was measured so far.
 pub(super) struct Pilot<'a> {
-    pub(super) bench: &'a Bench<'a>,
+    pub(super) bench: &'a LadderBench<'a>,
     pub(super) reference: Reference,
     pub(super) rendered: Vec<Rendered>,
     pub(super) sensing: Vec<Sensing>,
     /// Of extractor, link and tracker.
-    rest: Cost,
+    rest: MeasuredCost,
     pub(super) own: Setting,
     pub(super) goal: Goal,
     /// Of the run, of all cameras.
@@ -85,7 +85,7 @@ pub(super) struct Pilot<'a> {
 
 /// Finds the cheapest setting that meets the goal: the least time for an accuracy, the least error for a time. Fails on a time that no
 /// setting meets, with the least possible one; a reference too coarse for the accuracy.
-pub fn choose(bench: &Bench<'_>, goal: Goal) -> Result<Choice, Error> {
+pub fn choose(bench: &LadderBench<'_>, goal: Goal) -> Result<ChosenSetting, Error> {
     let own = Setting { rung: Rung::Sampled, ..Setting::of(&bench.setup.resolved.scenario) };
     let finest = match goal {
         Goal::Accuracy(accuracy) => accuracy,
@@ -123,10 +123,10 @@ fn chains(own: &Setting) -> Vec<Setting> {
 }
 
 /// What follows the sensor, from the run's first frames; cameras that are no pair have no tracker, and their links cost the same.
-fn rest_of_run(bench: &Bench<'_>) -> Result<Cost, Error> {
+fn rest_of_run(bench: &LadderBench<'_>) -> Result<MeasuredCost, Error> {
     let frames = bench.setup.frames.min(3);
     let mut session = Session::new(bench.setup.clone())?;
-    let mut least = Cost::UNKNOWN;
+    let mut least = MeasuredCost::UNKNOWN;
     for _ in 0..frames {
         let exposures = session.expose()?;
         let (stepped, cost) = bench.clocks.time(|| session.step_with(exposures, bench.clocks.wall));
@@ -157,11 +157,11 @@ impl Pilot<'_> {
     }
 
     /// Render, sensor and the rest of a run.
-    pub(super) fn cost(&self, rendered: &Rendered, sensing: &Sensing) -> Cost {
+    pub(super) fn cost(&self, rendered: &Rendered, sensing: &Sensing) -> MeasuredCost {
         // The rest holds the sensor at the scenario's own effects.
         let rest = self.rest.work_ms - self.sensing[0].cost.work_ms;
         let wall = self.rest.wall_ms - self.sensing[0].cost.wall_ms;
-        let rest = Cost { work_ms: greater(rest, 0.0), wall_ms: greater(wall, 0.0) };
+        let rest = MeasuredCost { work_ms: greater(rest, 0.0), wall_ms: greater(wall, 0.0) };
         rendered.cost.and(sensing.cost).and(rest)
     }
 
@@ -214,7 +214,7 @@ impl Pilot<'_> {
         met.fold(f64::INFINITY, |least, (rendered, _)| lesser(least, rendered.cost.work_ms))
     }
 
-    fn best(&self, finest: f64) -> Result<Choice, Error> {
+    fn best(&self, finest: f64) -> Result<ChosenSetting, Error> {
         let ranks = |(rendered, sensing): &(&Rendered, &Sensing)| {
             [self.rank(rendered, sensing), self.cost(rendered, sensing).work_ms]
         };
@@ -223,7 +223,7 @@ impl Pilot<'_> {
         let Some((rendered, sensing)) = best else { return Err(self.nothing_meets()) };
         let setting = Setting { effects: sensing.setting.effects.clone(), ..rendered.setting.clone() };
         let cost = self.cost(rendered, sensing);
-        Ok(Choice {
+        Ok(ChosenSetting {
             settings: setting.assignments(&self.bench.setup.resolved.scenario),
             words: setting.words(),
             photon_noise_ratio: (mean_square(&rendered.errors) + mean_square(&sensing.errors)).sqrt(),

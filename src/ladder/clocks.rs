@@ -5,7 +5,7 @@ use crate::run::Stopwatch;
 
 /// The clocks of a study; the library reads none itself.
 #[derive(Clone, Copy)]
-pub struct Clocks<'a> {
+pub struct StudyClocks<'a> {
     /// What a person waits.
     pub wall: &'a dyn Stopwatch,
     /// Processor time of all threads; where the system does not give it, the same as `wall`.
@@ -14,14 +14,14 @@ pub struct Clocks<'a> {
 
 /// What something took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Cost {
+pub struct MeasuredCost {
     /// Processor time of all threads.
     pub work_ms: f64,
     /// Wall time.
     pub wall_ms: f64,
 }
 
-impl Cost {
+impl MeasuredCost {
     /// Longer than anything: nothing was measured yet.
     pub const UNKNOWN: Self = Self { work_ms: f64::INFINITY, wall_ms: f64::INFINITY };
 
@@ -44,12 +44,13 @@ impl Cost {
     }
 }
 
-impl Clocks<'_> {
+impl StudyClocks<'_> {
     /// Does a piece of work and says what it took.
-    pub fn time<T>(&self, work: impl FnOnce() -> T) -> (T, Cost) {
+    pub fn time<T>(&self, work: impl FnOnce() -> T) -> (T, MeasuredCost) {
         let (wall_s, work_s) = (self.wall.now_s(), self.work.now_s());
         let done = work();
-        let cost = Cost { work_ms: 1e3 * (self.work.now_s() - work_s), wall_ms: 1e3 * (self.wall.now_s() - wall_s) };
+        let cost =
+            MeasuredCost { work_ms: 1e3 * (self.work.now_s() - work_s), wall_ms: 1e3 * (self.wall.now_s() - wall_s) };
         (done, cost)
     }
 }

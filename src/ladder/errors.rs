@@ -27,7 +27,7 @@ impl Squares {
 }
 
 /// The reference of one picture.
-pub struct Truth {
+pub struct PictureReference {
     /// Two independent renders of the same photons.
     pub halves: [Plane<f32>; 2],
     /// Their mean.
@@ -58,7 +58,7 @@ impl Judge {
     }
 
     /// Squares of a render's errors, free of the reference's own noise: (S - A)(S - B).
-    pub fn render_error(&self, rendered: &Plane<f32>, truth: &Truth) -> Squares {
+    pub fn render_error(&self, rendered: &Plane<f32>, truth: &PictureReference) -> Squares {
         let [first, second] = &truth.halves;
         let mut squares = Squares::default();
         let all = rendered.values().iter().zip(first.values()).zip(second.values()).zip(truth.photons.values());
@@ -72,7 +72,7 @@ impl Judge {
     }
 
     /// Squares of the reference's own standard error: half of what its halves differ by.
-    pub fn standard_error(&self, truth: &Truth) -> Squares {
+    pub fn standard_error(&self, truth: &PictureReference) -> Squares {
         let [first, second] = &truth.halves;
         let mut squares = Squares::default();
         let all = first.values().iter().zip(second.values()).zip(truth.photons.values());
@@ -113,14 +113,14 @@ impl CodeError {
 
 /// Features that two pictures have in common.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Match {
+pub struct SharedFeatures {
     /// Pairs of which each is the other's nearest, within a pixel.
     pub matched: usize,
     /// Features of both pictures.
     pub all: usize,
 }
 
-impl Match {
+impl SharedFeatures {
     /// Adds a picture's.
     pub fn add(&mut self, other: Self) {
         self.matched += other.matched;
@@ -134,7 +134,7 @@ impl Match {
 }
 
 /// Matches features by place: of the same octave, within 1 px, each the other's nearest (the first of equally near ones).
-pub fn feature_f1(found: &[Feature], reference: &[Feature]) -> Match {
+pub fn feature_f1(found: &[Feature], reference: &[Feature]) -> SharedFeatures {
     let nearest = |of: &Feature, among: &[Feature]| -> Option<usize> {
         let mut best: Option<(f64, usize)> = None;
         for (place, other) in among.iter().enumerate().filter(|(_, other)| other.octave == of.octave) {
@@ -149,5 +149,5 @@ pub fn feature_f1(found: &[Feature], reference: &[Feature]) -> Match {
     let mutual = |(place, feature): &(usize, &Feature)| {
         nearest(feature, reference).is_some_and(|other| nearest(&reference[other], found) == Some(*place))
     };
-    Match { matched: found.iter().enumerate().filter(mutual).count(), all: found.len() + reference.len() }
+    SharedFeatures { matched: found.iter().enumerate().filter(mutual).count(), all: found.len() + reference.len() }
 }

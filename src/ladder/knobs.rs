@@ -11,7 +11,7 @@ pub const RAYS_MOST: u32 = 65_536;
 
 /// How many rays, and where.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Rays {
+pub enum RayBudget {
     /// So many in every pixel.
     Fixed(u32),
     /// As few as bring render variance to this many times photon variance, at most so many a pixel.
@@ -45,7 +45,7 @@ pub struct Setting {
     /// Rung of the chain.
     pub rung: Rung,
     /// Rays.
-    pub rays: Rays,
+    pub rays: RayBudget,
     /// Reflections that a ray follows.
     pub reflections: u32,
     /// Effects.
@@ -59,10 +59,10 @@ impl Setting {
     pub fn of(scenario: &Scenario) -> Self {
         let run = &scenario.run;
         let rays = match (run.sampling.as_str(), run.samples_per_pixel, run.render_tolerance) {
-            ("subframes", _, _) => Rays::Subframes(run.subframes),
-            (_, Some(samples), _) => Rays::Fixed(samples),
-            (_, None, Some(tolerance)) => Rays::Tolerance { tolerance, most: run.samples_max },
-            (_, None, None) => Rays::Fixed(1),
+            ("subframes", _, _) => RayBudget::Subframes(run.subframes),
+            (_, Some(samples), _) => RayBudget::Fixed(samples),
+            (_, None, Some(tolerance)) => RayBudget::Tolerance { tolerance, most: run.samples_max },
+            (_, None, None) => RayBudget::Fixed(1),
         };
         let rung = if run.rung == Rung::Clocked.name() { Rung::Clocked } else { Rung::Sampled };
         let effects = match run.effects.trim() {
@@ -76,15 +76,15 @@ impl Setting {
     pub fn assignments(&self, scenario: &Scenario) -> Vec<String> {
         let mut all = vec![format!("run.rung='{}'", self.rung.name())];
         match self.rays {
-            Rays::Fixed(samples) => {
+            RayBudget::Fixed(samples) => {
                 all.extend(["run.sampling='stratified'".to_owned(), "run.samples_max=256".to_owned()]);
                 all.extend([format!("run.samples_per_pixel={samples}"), "run.subframes=16".to_owned()]);
             }
-            Rays::Tolerance { tolerance, most } => {
+            RayBudget::Tolerance { tolerance, most } => {
                 all.extend(["run.sampling='stratified'".to_owned(), format!("run.samples_max={most}")]);
                 all.extend([format!("run.render_tolerance={tolerance:?}"), "run.subframes=16".to_owned()]);
             }
-            Rays::Subframes(count) => {
+            RayBudget::Subframes(count) => {
                 all.extend(["run.sampling='subframes'".to_owned(), "run.samples_max=256".to_owned()]);
                 // The default tolerance stands idle beside sub-frames, and takes away a fixed number that the scenario may have.
                 all.extend(["run.render_tolerance=1.0".to_owned(), format!("run.subframes={count}")]);
@@ -122,7 +122,7 @@ impl Setting {
     }
 }
 
-impl Rays {
+impl RayBudget {
     /// For a person.
     pub fn words(&self) -> String {
         match self {

@@ -1,7 +1,7 @@
 //! Measurement bench: a lit scenario with clocks and a frame selection. Makes the setups of other settings and the pictures that are
 //! judged.
 
-use super::clocks::Clocks;
+use super::clocks::StudyClocks;
 use super::errors::Judge;
 use super::knobs::Setting;
 use crate::config::Resolved;
@@ -41,7 +41,7 @@ pub fn study_key(resolved: &Resolved) -> String {
 
 /// How much is looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
+pub struct LadderOptions {
     /// Pictures of the first camera, spread evenly over the run.
     pub frames: u32,
     /// Frames of each run whose poses are judged; 0: none.
@@ -53,18 +53,18 @@ pub struct Options {
 }
 
 /// A scenario under its light, ready to be measured.
-pub struct Bench<'a> {
+pub struct LadderBench<'a> {
     /// As the scenario says.
     pub setup: Setup,
     /// Clocks from outside.
-    pub clocks: Clocks<'a>,
+    pub clocks: StudyClocks<'a>,
     /// Told how far the study has come.
     pub progress: &'a dyn Progress,
     /// Where a simulator of the sensor's Verilog comes from; where there is none, the ladder says so.
     pub assets: &'a dyn Assets,
 }
 
-impl Bench<'_> {
+impl LadderBench<'_> {
     /// The same scenario at another setting. Fails on a setting that the scenario does not admit.
     pub fn setup_of(&self, setting: &Setting) -> Result<Setup, Error> {
         let resolved = &self.setup.resolved;

@@ -1,10 +1,10 @@
 //! Measures each setting's pictures: cost, and error against the reference. Renders and chains are each measured once, however many
 //! combinations share them.
 
-use super::clocks::Cost;
-use super::errors::{CodeError, Match, Squares, feature_f1};
+use super::clocks::MeasuredCost;
+use super::errors::{CodeError, SharedFeatures, Squares, feature_f1};
 use super::knobs::Setting;
-use super::measure::Bench;
+use super::measure::LadderBench;
 use super::reference::{Judged, Reference};
 use crate::energy::EnergyAccount;
 use crate::error::Error;
@@ -22,7 +22,7 @@ pub struct Rendered {
     /// Of each picture.
     pub errors: Vec<Squares>,
     /// Per frame of the rig.
-    pub cost: Cost,
+    pub cost: MeasuredCost,
     pub rays_per_pixel: f64,
 }
 
@@ -35,20 +35,20 @@ pub struct Sensing {
     /// Of each picture: what the effects left out change.
     pub errors: Vec<Squares>,
     /// Per frame of the rig, on photons of the reference.
-    pub cost: Cost,
+    pub cost: MeasuredCost,
 }
 
 /// What came out of a render and a chain together.
 #[derive(Clone, Copy, Debug)]
-pub struct Outcome {
+pub struct RenderedCodes {
     /// Against the reference's.
     pub codes: CodeError,
     /// Against the reference's.
-    pub features: Match,
+    pub features: SharedFeatures,
     /// Of sensor and extractor, over the reference's, less 1.
     pub energy_error: f64,
     /// Of the extractor, per frame of the rig.
-    pub compute: Cost,
+    pub compute: MeasuredCost,
 }
 
 /// Mean of all pictures' squares.
@@ -60,14 +60,14 @@ pub fn mean_square(errors: &[Squares]) -> f64 {
 
 /// Renders every setting's pictures `repeats` times, in turns; the first pass gives the error, every pass the cost.
 pub fn render_all(
-    bench: &Bench<'_>,
+    bench: &LadderBench<'_>,
     reference: &Reference,
     settings: &[Setting],
     repeats: u32,
 ) -> Result<Vec<Rendered>, Error> {
     let setups: Vec<Setup> = settings.iter().map(|setting| bench.setup_of(setting)).collect::<Result<_, _>>()?;
     let pictures = reference.judged.len();
-    let mut best = vec![vec![Cost::UNKNOWN; pictures]; settings.len()];
+    let mut best = vec![vec![MeasuredCost::UNKNOWN; pictures]; settings.len()];
     let mut rendered: Vec<Rendered> = Vec::with_capacity(settings.len());
     let (steps, mut done) = (f64_from_usize(settings.len()) * f64::from(repeats), 0.0);
     for repeat in 0..repeats {
@@ -78,7 +78,7 @@ pub fn render_all(
                 setting: settings[number].clone(),
                 photons: Vec::new(),
                 errors: Vec::new(),
-                cost: Cost::default(),
+                cost: MeasuredCost::default(),
                 rays_per_pixel: 0.0,
             };
             for (picture, judged) in reference.judged.iter().enumerate() {
@@ -102,7 +102,7 @@ pub fn render_all(
 /// Renders a setting's pictures, in an order that is spread over all of them at every time, until there is no hope for it any more.
 /// Photons are not kept; errors stand in the order of the frames.
 pub fn render_until(
-    bench: &Bench<'_>,
+    bench: &LadderBench<'_>,
     reference: &Reference,
     setting: &Setting,
     hopeless: &dyn Fn(&Rendered) -> bool,
@@ -139,7 +139,11 @@ struct RenderedPicture {
     rays_per_pixel: f64,
 }
 
-fn rendered_picture(bench: &Bench<'_>, setup: &Setup, judged: &Judged) -> Result<(RenderedPicture, Cost), Error> {
+fn rendered_picture(
+    bench: &LadderBench<'_>,
+    setup: &Setup,
+    judged: &Judged,
+) -> Result<(RenderedPicture, MeasuredCost), Error> {
     let (exposures, cost) = bench.clocks.time(|| setup.exposures_at(judged.place));
     let exposures = exposures?;
     let rays: u64 = exposures.iter().map(|exposure| exposure.rays).sum();
@@ -153,7 +157,7 @@ fn rendered_picture(bench: &Bench<'_>, setup: &Setup, judged: &Judged) -> Result
 
 /// Takes the reference's photons through every setting's chain this many times, in turns.
 pub fn sense_all(
-    bench: &Bench<'_>,
+    bench: &LadderBench<'_>,
     reference: &Reference,
     settings: &[Setting],
     repeats: u32,
@@ -162,10 +166,10 @@ pub fn sense_all(
     for setting in settings {
         let setup = bench.setup_of(setting)?;
         let errors = effect_errors(bench, reference, &setup);
-        all.push(Sensing { setting: setting.clone(), setup, errors, cost: Cost::UNKNOWN });
+        all.push(Sensing { setting: setting.clone(), setup, errors, cost: MeasuredCost::UNKNOWN });
     }
     let chains: Vec<_> = all.iter().map(|one| one.setup.first_chain()).collect();
-    let mut best = vec![vec![Cost::UNKNOWN; reference.judged.len()]; settings.len()];
+    let mut best = vec![vec![MeasuredCost::UNKNOWN; reference.judged.len()]; settings.len()];
     for repeat in 0..repeats {
         bench.progress.at("sensors", f64::from(repeat) / f64::from(repeats));
         for (number, (one, chain)) in all.iter().zip(&chains).enumerate() {
@@ -183,7 +187,7 @@ pub fn sense_all(
 }
 
 /// What the effects that a setup leaves out change in each picture, in electrons before quantisation, under the same draws.
-fn effect_errors(bench: &Bench<'_>, reference: &Reference, setup: &Setup) -> Vec<Squares> {
+fn effect_errors(bench: &LadderBench<'_>, reference: &Reference, setup: &Setup) -> Vec<Squares> {
     let (judge, chain) = (bench.judge(), setup.first_chain());
     let per_uv = 1.0 / bench.setup.sensor.parameters.pixel.conversion_gain_uv_per_e;
     let mut all = Vec::with_capacity(reference.judged.len());
@@ -214,13 +218,13 @@ fn effect_errors(bench: &Bench<'_>, reference: &Reference, setup: &Setup) -> Vec
 
 /// A render and a chain together: codes, features and energy against the reference's.
 pub fn outcome(
-    bench: &Bench<'_>,
+    bench: &LadderBench<'_>,
     reference: &Reference,
     photons: &[Vec<Plane<f32>>],
     sensing: &Sensing,
-) -> Result<Outcome, Error> {
+) -> Result<RenderedCodes, Error> {
     let chain = sensing.setup.first_chain();
-    let (mut codes, mut features, mut events) = (CodeError::default(), Match::default(), Events::default());
+    let (mut codes, mut features, mut events) = (CodeError::default(), SharedFeatures::default(), Events::default());
     let mut costs = Vec::new();
     for (photons, judged) in photons.iter().zip(&reference.judged) {
         let sensed = sensing.setup.sense_at(&chain, judged.place, photons);
@@ -233,10 +237,10 @@ pub fn outcome(
         costs.push(cost);
     }
     let energy_error = energy_pj(bench, reference, &events) / energy_pj(bench, reference, &reference.events) - 1.0;
-    Ok(Outcome { codes, features, energy_error, compute: per_rig(bench, &costs) })
+    Ok(RenderedCodes { codes, features, energy_error, compute: per_rig(bench, &costs) })
 }
 
-fn energy_pj(bench: &Bench<'_>, reference: &Reference, events: &Events) -> f64 {
+fn energy_pj(bench: &LadderBench<'_>, reference: &Reference, events: &Events) -> f64 {
     let sensor = &bench.setup.sensor;
     let frames = u32_from(reference.judged.len());
     let pixels = u64_from(sensor.size.pixel_count());
@@ -244,7 +248,7 @@ fn energy_pj(bench: &Bench<'_>, reference: &Reference, events: &Events) -> f64 {
 }
 
 /// Mean over pictures of one camera, for all cameras of the rig.
-fn per_rig(bench: &Bench<'_>, costs: &[Cost]) -> Cost {
-    let sum = costs.iter().fold(Cost::default(), |sum, &cost| sum.and(cost));
+fn per_rig(bench: &LadderBench<'_>, costs: &[MeasuredCost]) -> MeasuredCost {
+    let sum = costs.iter().fold(MeasuredCost::default(), |sum, &cost| sum.and(cost));
     sum.times(f64::from(bench.cameras()) / f64_from_usize(costs.len()))
 }

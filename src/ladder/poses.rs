@@ -2,9 +2,9 @@
 //!
 //! Settings that see the same photons share one rendering of the run, so that a knob behind the lens costs next to nothing.
 
-use super::clocks::Cost;
+use super::clocks::MeasuredCost;
 use super::knobs::Setting;
-use super::measure::Bench;
+use super::measure::LadderBench;
 use crate::error::Error;
 use crate::num::{f64_from_usize, lesser};
 use crate::report::Report;
@@ -25,11 +25,11 @@ pub struct Poses {
     /// Why there is no position error.
     pub reason: Option<String>,
     /// Of `LATER_STAGES`, per frame of the rig.
-    pub later: [Cost; LATER_STAGES.len()],
+    pub later: [MeasuredCost; LATER_STAGES.len()],
 }
 
 /// Runs every setting for so many frames, one entry each.
-pub fn poses_of(bench: &Bench<'_>, settings: &[Setting], frames: u32) -> Result<Vec<Poses>, Error> {
+pub fn poses_of(bench: &LadderBench<'_>, settings: &[Setting], frames: u32) -> Result<Vec<Poses>, Error> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for (place, setting) in settings.iter().enumerate() {
         match groups.iter_mut().find(|group| settings[group[0]].renders_as(setting)) {
@@ -51,7 +51,7 @@ pub fn poses_of(bench: &Bench<'_>, settings: &[Setting], frames: u32) -> Result<
 }
 
 fn run_together(
-    bench: &Bench<'_>,
+    bench: &LadderBench<'_>,
     settings: &[&Setting],
     frames: u32,
     told: &dyn Fn(f64),
@@ -81,7 +81,7 @@ fn poses(report: &Report) -> Poses {
     let tracking = &report.tracking;
     let later = LATER_STAGES.map(|stage| {
         let ms = report.cost.get(stage).map_or(0.0, |cost| cost.ms_per_frame);
-        Cost { work_ms: ms, wall_ms: ms }
+        MeasuredCost { work_ms: ms, wall_ms: ms }
     });
     Poses {
         ate_m: tracking.ate_m,
@@ -94,7 +94,7 @@ fn poses(report: &Report) -> Poses {
 
 /// Link and tracker run on one thread, so that processor time is their wall time on a machine that does nothing else; what other
 /// programs take is in the wall time alone.
-struct Both<'a>(&'a Bench<'a>);
+struct Both<'a>(&'a LadderBench<'a>);
 
 impl Stopwatch for Both<'_> {
     fn now_s(&self) -> f64 {
@@ -103,7 +103,7 @@ impl Stopwatch for Both<'_> {
 }
 
 /// Frames of pose runs: as many as asked for, and as the run has.
-pub fn frames_of(bench: &Bench<'_>, asked: u32) -> u32 {
+pub fn frames_of(bench: &LadderBench<'_>, asked: u32) -> u32 {
     let tracked = bench.setup.cameras.len() == 2;
     let most = if tracked { bench.setup.frames } else { 0 };
     crate::num::u32_truncated(lesser(f64::from(asked), f64::from(most)))

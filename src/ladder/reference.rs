@@ -1,10 +1,10 @@
 //! The reference for all settings: every pixel converted clock by clock with all effects. It is sampled in two independent halves until
 //! the standard error that they show is at most a third of the finest accuracy shown.
 
-use super::clocks::Cost;
-use super::errors::{Squares, Truth};
-use super::knobs::{EffectsKnob, RAYS_MOST, Rays, Setting};
-use super::measure::Bench;
+use super::clocks::MeasuredCost;
+use super::errors::{PictureReference, Squares};
+use super::knobs::{EffectsKnob, RAYS_MOST, RayBudget, Setting};
+use super::measure::LadderBench;
 use crate::compute::Feature;
 use crate::effects::chain::RowSamples;
 use crate::error::Error;
@@ -28,7 +28,7 @@ const ROUNDS_LEAST: u32 = 4;
 pub struct Judged {
     pub place: Place,
     /// Photons of each slot.
-    pub truths: Vec<Truth>,
+    pub truths: Vec<PictureReference>,
     /// Samples of the first slot with all effects.
     pub samples: Vec<RowSamples>,
     /// Codes, clock by clock.
@@ -50,16 +50,16 @@ pub struct Reference {
     pub pixels: u64,
     pub rays_per_pixel: f64,
     /// Per frame of the rig: render, sensor, extractor.
-    pub costs: [Cost; 3],
+    pub costs: [MeasuredCost; 3],
 }
 
 /// Renders the reference of some pictures and takes it through the sensor. Its standard error is at most this share of the finest
 /// accuracy. Fails on a standard error that stays too large, with the finest possible accuracy.
-pub fn reference(bench: &Bench<'_>, places: &[Place], finest: f64, share: f64) -> Result<Reference, Error> {
+pub fn reference(bench: &LadderBench<'_>, places: &[Place], finest: f64, share: f64) -> Result<Reference, Error> {
     let own = Setting::of(&bench.setup.resolved.scenario);
     let tolerance = (finest * share) * (finest * share);
     let rays = if bench.has_rays() {
-        Rays::Tolerance { tolerance: greater(tolerance, 0.001), most: RAYS_MOST }
+        RayBudget::Tolerance { tolerance: greater(tolerance, 0.001), most: RAYS_MOST }
     } else {
         own.rays
     };
@@ -94,12 +94,12 @@ struct Halves {
     sizes: Option<crate::units::Size>,
     rounds: u32,
     rays: u64,
-    cost: Cost,
+    cost: MeasuredCost,
 }
 
 impl Halves {
     /// One more render for each half of each picture.
-    fn add_round(&mut self, bench: &Bench<'_>, setup: &mut Setup, places: &[Place]) -> Result<(), Error> {
+    fn add_round(&mut self, bench: &LadderBench<'_>, setup: &mut Setup, places: &[Place]) -> Result<(), Error> {
         self.sums.resize_with(places.len(), Vec::new);
         for (number, (sums, &place)) in self.sums.iter_mut().zip(places).enumerate() {
             let share = f64_from_usize(number) / f64_from_usize(places.len());
@@ -125,17 +125,17 @@ impl Halves {
         Ok(())
     }
 
-    fn truth(&self, sums: &[Vec<f64>; 2]) -> Truth {
+    fn truth(&self, sums: &[Vec<f64>; 2]) -> PictureReference {
         let size = self.sizes.expect("a round was rendered");
         let rounds = f64::from(self.rounds);
         let plane = |values: Vec<f32>| Plane::from_values(size, values);
         let half = |sum: &Vec<f64>| plane(sum.iter().map(|sum| f32_nearest(sum / rounds)).collect());
         let mean = sums[0].iter().zip(&sums[1]).map(|(a, b)| f32_nearest((a + b) / (2.0 * rounds))).collect();
-        Truth { halves: [half(&sums[0]), half(&sums[1])], photons: plane(mean) }
+        PictureReference { halves: [half(&sums[0]), half(&sums[1])], photons: plane(mean) }
     }
 
     /// Of the first slot, which is the longest exposure.
-    fn squares(&self, bench: &Bench<'_>) -> Squares {
+    fn squares(&self, bench: &LadderBench<'_>) -> Squares {
         let judge = bench.judge();
         let mut squares = Squares::default();
         for slots in &self.sums {
@@ -146,7 +146,7 @@ impl Halves {
 }
 
 fn judged(
-    bench: &Bench<'_>,
+    bench: &LadderBench<'_>,
     setting: Setting,
     setup: &Setup,
     places: &[Place],
@@ -157,9 +157,9 @@ fn judged(
     let chain = setup.first_chain();
     let (mut judged, mut events) = (Vec::with_capacity(places.len()), Events::default());
     let per_rig = f64::from(bench.cameras()) / f64_from_usize(places.len());
-    let mut costs = [halves.cost.times(per_rig), Cost::default(), Cost::default()];
+    let mut costs = [halves.cost.times(per_rig), MeasuredCost::default(), MeasuredCost::default()];
     for (slots, &place) in halves.sums.iter().zip(places) {
-        let truths: Vec<Truth> = slots.iter().map(|sums| halves.truth(sums)).collect();
+        let truths: Vec<PictureReference> = slots.iter().map(|sums| halves.truth(sums)).collect();
         let photons: Vec<Plane<f32>> = truths.iter().map(|truth| truth.photons.clone()).collect();
         let (sensed, sensor) = bench.clocks.time(|| setup.sense_at(&chain, place, &photons));
         let (found, compute) = bench.clocks.time(|| setup.features_at(&sensed.codes));

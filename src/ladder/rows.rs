@@ -1,11 +1,11 @@
 //! Builds the ladder of a scenario: every rung, every knob alone, and the Pareto front of their combinations. Tables, pictures and pages
 //! are made from this record.
 
-use super::clocks::Cost;
+use super::clocks::MeasuredCost;
 use super::errors::CodeError;
 use super::front::front;
-use super::knobs::{EffectsKnob, RAYS_MOST, Rays, Setting};
-use super::measure::{Bench, Options};
+use super::knobs::{EffectsKnob, RAYS_MOST, RayBudget, Setting};
+use super::measure::{LadderBench, LadderOptions};
 use super::pictures::{Rendered, Sensing, mean_square, outcome, render_all, sense_all};
 use super::poses::{LATER_STAGES, Poses, frames_of, poses_of};
 use super::reference::{Reference, SHARE, reference};
@@ -23,9 +23,9 @@ use crate::scene::lit::BOUNCES_MAX;
 const POSE_RAYS_SHARE: f64 = 0.7;
 
 /// Everything that was measured of a scenario.
-struct Measured<'a> {
-    bench: &'a Bench<'a>,
-    options: Options,
+struct LadderMeasurements<'a> {
+    bench: &'a LadderBench<'a>,
+    options: LadderOptions,
     reference: Reference,
     rendered: Vec<Rendered>,
     sensing: Vec<Sensing>,
@@ -41,21 +41,26 @@ struct Draft {
 }
 
 /// Measures a scenario's ladder. Fails on a reference that cannot judge the finest accuracy; whatever stops a run.
-pub fn ladder(bench: &Bench<'_>, options: Options, name: &str, threads: u32) -> Result<LadderRecord, Error> {
+pub fn ladder(
+    bench: &LadderBench<'_>,
+    options: LadderOptions,
+    name: &str,
+    threads: u32,
+) -> Result<LadderRecord, Error> {
     let own = Setting { rung: Rung::Sampled, ..Setting::of(&bench.setup.resolved.scenario) };
     let places = bench.places(options.frames);
     let reference = reference(bench, &places, options.finest, SHARE)?;
     let rendered = render_all(bench, &reference, &render_settings(bench, &own), options.repeats)?;
     // Sensors are quick: more turns cost little and bring the least time out of a busy machine.
     let sensing = sense_all(bench, &reference, &sensing_settings(&own), 3 * options.repeats)?;
-    let measured = Measured { bench, options, reference, rendered, sensing, own };
+    let measured = LadderMeasurements { bench, options, reference, rendered, sensing, own };
     let drafts = measured.drafts();
     let (wanted, poses) = measured.poses(&drafts)?;
     let poses_for = |setting: &Setting| {
         let place = wanted.iter().position(|one| one == setting)?;
         poses.get(place)
     };
-    let own_later = poses_for(&measured.own).map_or([Cost::default(); LATER_STAGES.len()], |poses| poses.later);
+    let own_later = poses_for(&measured.own).map_or([MeasuredCost::default(); LATER_STAGES.len()], |poses| poses.later);
     let reference_row = measured.reference_row(own_later);
     let reference_ms = reference_row.ms_per_frame;
     let mut rows = vec![reference_row];
@@ -70,19 +75,21 @@ pub fn ladder(bench: &Bench<'_>, options: Options, name: &str, threads: u32) -> 
 }
 
 /// Rays and reflections: the scenario's own first.
-fn render_settings(bench: &Bench<'_>, own: &Setting) -> Vec<Setting> {
+fn render_settings(bench: &LadderBench<'_>, own: &Setting) -> Vec<Setting> {
     let mut all = vec![own.clone()];
     if !bench.has_rays() {
         return all;
     }
-    let rays = |rays: Rays| Setting { rays, ..own.clone() };
-    all.extend([1, 2, 4, 8, 16].map(|samples| rays(Rays::Fixed(samples))));
-    all.extend([8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125].map(|tolerance| rays(Rays::Tolerance { tolerance, most: 256 })));
-    all.extend([0.5, 0.25, 0.125].map(|tolerance| rays(Rays::Tolerance { tolerance, most: RAYS_MOST })));
-    all.push(rays(Rays::Subframes(16)));
+    let rays = |rays: RayBudget| Setting { rays, ..own.clone() };
+    all.extend([1, 2, 4, 8, 16].map(|samples| rays(RayBudget::Fixed(samples))));
+    all.extend(
+        [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125].map(|tolerance| rays(RayBudget::Tolerance { tolerance, most: 256 })),
+    );
+    all.extend([0.5, 0.25, 0.125].map(|tolerance| rays(RayBudget::Tolerance { tolerance, most: RAYS_MOST })));
+    all.push(rays(RayBudget::Subframes(16)));
     all.extend((0..=BOUNCES_MAX).map(|reflections| Setting { reflections, ..own.clone() }));
     for tolerance in [4.0, 0.25] {
-        all.push(Setting { reflections: 0, rays: Rays::Tolerance { tolerance, most: 256 }, ..own.clone() });
+        all.push(Setting { reflections: 0, rays: RayBudget::Tolerance { tolerance, most: 256 }, ..own.clone() });
     }
     distinct(all, Setting::renders_as)
 }
@@ -113,7 +120,7 @@ fn distinct(all: Vec<Setting>, same: impl Fn(&Setting, &Setting) -> bool) -> Vec
     kept
 }
 
-impl Measured<'_> {
+impl LadderMeasurements<'_> {
     fn rendered_as(&self, setting: &Setting) -> &Rendered {
         let found = self.rendered.iter().find(|one| one.setting.renders_as(setting));
         found.expect("every row is made of renders that were measured")
@@ -143,12 +150,12 @@ impl Measured<'_> {
             .into();
         for one in self.rendered.iter().filter(|one| one.setting.reflections == own.reflections) {
             let (knob, value) = match one.setting.rays {
-                Rays::Fixed(samples) => ("samples_per_pixel", samples.to_string()),
-                Rays::Tolerance { tolerance, most: RAYS_MOST } => {
+                RayBudget::Fixed(samples) => ("samples_per_pixel", samples.to_string()),
+                RayBudget::Tolerance { tolerance, most: RAYS_MOST } => {
                     ("render_tolerance", format!("{tolerance}, up to {RAYS_MOST}"))
                 }
-                Rays::Tolerance { tolerance, .. } => ("render_tolerance", tolerance.to_string()),
-                Rays::Subframes(count) => ("subframes", count.to_string()),
+                RayBudget::Tolerance { tolerance, .. } => ("render_tolerance", tolerance.to_string()),
+                RayBudget::Subframes(count) => ("subframes", count.to_string()),
             };
             if self.bench.has_rays() {
                 all.push(draft(knob, value, one.setting.clone()));
@@ -223,7 +230,7 @@ impl Measured<'_> {
         &self,
         draft: &Draft,
         poses: Option<&Poses>,
-        own_later: [Cost; LATER_STAGES.len()],
+        own_later: [MeasuredCost; LATER_STAGES.len()],
         reference_ms: f64,
     ) -> Result<LadderRow, Error> {
         let (rendered, sensing) = (self.rendered_as(&draft.setting), self.sensed_as(&draft.setting));
@@ -265,7 +272,7 @@ impl Measured<'_> {
         })
     }
 
-    fn reference_row(&self, own_later: [Cost; LATER_STAGES.len()]) -> LadderRow {
+    fn reference_row(&self, own_later: [MeasuredCost; LATER_STAGES.len()]) -> LadderRow {
         let reference = &self.reference;
         let (stages, total) = stages(&reference.costs, &own_later);
         LadderRow {
@@ -317,7 +324,7 @@ impl Measured<'_> {
     }
 
     /// A rung that is not among the combinations: what it renders and what its sensor takes and shows.
-    fn rung_row(&self, setting: &Setting, rendered: &Rendered, sensor: Cost, codes: &CodeError) -> LadderRow {
+    fn rung_row(&self, setting: &Setting, rendered: &Rendered, sensor: MeasuredCost, codes: &CodeError) -> LadderRow {
         let total = rendered.cost.and(sensor);
         LadderRow {
             rung: setting.rung.name().to_owned(),
@@ -337,7 +344,7 @@ impl Measured<'_> {
     /// Means of codes against the reference's codes: what differs is the sensor's own noise, which means do not have.
     fn expected_row(&self, setting: &Setting, setup: &Setup) -> LadderRow {
         let (chain, rendered) = (setup.first_chain(), self.rendered_as(setting));
-        let (mut codes, mut sensor) = (CodeError::default(), Cost::default());
+        let (mut codes, mut sensor) = (CodeError::default(), MeasuredCost::default());
         let pictures = f64_from_usize(rendered.photons.len());
         for (photons, judged) in rendered.photons.iter().zip(&self.reference.judged) {
             let (expected, cost) = self.bench.clocks.time(|| setup.expected_at(&chain, judged.place, &photons[0]));
@@ -379,10 +386,10 @@ impl Measured<'_> {
     }
 }
 
-fn stages(costs: &[Cost; 3], later: &[Cost; LATER_STAGES.len()]) -> (Ordered<f64>, Cost) {
+fn stages(costs: &[MeasuredCost; 3], later: &[MeasuredCost; LATER_STAGES.len()]) -> (Ordered<f64>, MeasuredCost) {
     let names = ["render", "sensor", "compute"].into_iter().chain(LATER_STAGES);
-    let all: Vec<Cost> = costs.iter().chain(later).copied().collect();
-    let total = all.iter().fold(Cost::default(), |sum, &cost| sum.and(cost));
+    let all: Vec<MeasuredCost> = costs.iter().chain(later).copied().collect();
+    let total = all.iter().fold(MeasuredCost::default(), |sum, &cost| sum.and(cost));
     (names.zip(&all).map(|(name, cost)| (name, cost.work_ms)).collect(), total)
 }
 

@@ -5,7 +5,7 @@
 
 use super::choice::{Goal, Pilot};
 use super::curve::Curve;
-use super::knobs::{RAYS_MOST, Rays, Setting};
+use super::knobs::{RAYS_MOST, RayBudget, Setting};
 use super::pictures::{Rendered, mean_square, render_until};
 use crate::error::Error;
 use crate::num::{f64_from_usize, greater, lesser};
@@ -75,7 +75,7 @@ impl Pilot<'_> {
     fn search_tolerance(&mut self, reflections: u32, start: f64) -> Result<Option<f64>, Error> {
         let mut tolerance = rounded(start);
         for step in 0..STEPS_MAX[1] {
-            let rays = Rays::Tolerance { tolerance, most: RAYS_MOST };
+            let rays = RayBudget::Tolerance { tolerance, most: RAYS_MOST };
             self.measure(Setting { rays, reflections, ..self.own.clone() })?;
             let is_known = self.least_rank().is_finite();
             if (reflections < BOUNCES_MAX && self.is_far()) || (is_known && step + 1 >= STEPS_MAX[0]) {
@@ -116,8 +116,8 @@ impl Pilot<'_> {
     /// Finest and coarsest tolerance to measure. The reference cannot distinguish much finer ones.
     fn tolerances(&self) -> [f64; 2] {
         let of_reference = match self.reference.setting.rays {
-            Rays::Tolerance { tolerance, .. } => tolerance,
-            Rays::Fixed(_) | Rays::Subframes(_) => 0.0,
+            RayBudget::Tolerance { tolerance, .. } => tolerance,
+            RayBudget::Fixed(_) | RayBudget::Subframes(_) => 0.0,
         };
         [greater(TOLERANCES[0], of_reference / BEYOND), TOLERANCES[1]]
     }
@@ -125,7 +125,7 @@ impl Pilot<'_> {
     /// What was measured along the tolerances.
     fn family(&self, reflections: u32) -> impl Iterator<Item = (f64, &Rendered)> {
         self.rendered.iter().filter_map(move |one| match one.setting.rays {
-            Rays::Tolerance { tolerance, .. } if one.setting.reflections == reflections => Some((tolerance, one)),
+            RayBudget::Tolerance { tolerance, .. } if one.setting.reflections == reflections => Some((tolerance, one)),
             _ => None,
         })
     }
@@ -160,7 +160,7 @@ impl Pilot<'_> {
     /// Twice as many rays each time, until the goal is met (or, for a time, missed), or the best so far is faster.
     fn search_fixed(&mut self, reflections: u32) -> Result<(), Error> {
         for power in 0..8 {
-            let setting = Setting { rays: Rays::Fixed(1 << power), reflections, ..self.own.clone() };
+            let setting = Setting { rays: RayBudget::Fixed(1 << power), reflections, ..self.own.clone() };
             let met = self.measure(setting)?;
             let last = self.rendered.last().map_or(0.0, |one| one.cost.work_ms);
             let beaten = match self.goal {

@@ -1,8 +1,8 @@
 //! Runs a part of a picture in the sensor's Verilog: its time, and the difference of its codes from the rung `clocked`.
 
-use super::clocks::Cost;
+use super::clocks::MeasuredCost;
 use super::errors::CodeError;
-use super::measure::Bench;
+use super::measure::LadderBench;
 use super::reference::Reference;
 use crate::error::Error;
 use crate::fidelity::Rung;
@@ -17,9 +17,9 @@ const PIXELS_MAX: usize = 16_384;
 /// What a part of a picture did in Verilog.
 pub(super) struct InVerilog {
     /// Of the part.
-    pub cost: Cost,
+    pub cost: MeasuredCost,
     /// The same part clock by clock in Rust.
-    clocked: Cost,
+    clocked: MeasuredCost,
     /// Conversions of a frame of one camera over those of the part.
     pub frame_over_part: f64,
     /// Against the rung `clocked`.
@@ -41,7 +41,7 @@ impl InVerilog {
 }
 
 /// Converts rows of the reference's first picture, evenly spread, on both rungs. Fails where there is no simulator, or it fails.
-pub(super) fn measured(bench: &Bench<'_>, reference: &Reference) -> Result<InVerilog, Error> {
+pub(super) fn measured(bench: &LadderBench<'_>, reference: &Reference) -> Result<InVerilog, Error> {
     let simulator = SharedRtlSimulator::new(bench.assets.rtl_simulator()?);
     let judged = &reference.judged[0];
     let (width, height) = (judged.codes.width_px(), judged.codes.height_px());

@@ -6,7 +6,7 @@
 //! features follow is not known when this line leaves; the last feature packet says so.
 
 use super::raw::RawKind;
-use crate::link::records::Reader;
+use crate::link::records::PayloadReader;
 use crate::num::{low_u8, low_u16};
 use crate::units::{FrameIndex, Size};
 use crate::words::RampGain;
@@ -95,7 +95,7 @@ pub(crate) fn parse(payload: &[u8]) -> Option<(FrameMetadata, FrameShape)> {
     if payload.len() != EMBEDDED_BYTES {
         return None;
     }
-    let mut reader = Reader(payload);
+    let mut reader = PayloadReader(payload);
     if reader.take::<4>()? != MAGIC || reader.u8()? != VERSION {
         return None;
     }

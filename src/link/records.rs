@@ -55,7 +55,7 @@ pub(crate) struct Records {
 
 /// The records of a payload; `None` if version, record size or count do not fit this layout.
 pub(crate) fn parse(payload: &[u8]) -> Option<Records> {
-    let mut reader = Reader(payload);
+    let mut reader = PayloadReader(payload);
     if reader.u8()? != VERSION || usize::from(reader.u8()?) != FEATURE_BYTES {
         return None;
     }
@@ -75,9 +75,9 @@ pub(crate) fn parse(payload: &[u8]) -> Option<Records> {
 }
 
 /// Takes numbers off the front of a payload; nothing where it ends too soon.
-pub(crate) struct Reader<'a>(pub(crate) &'a [u8]);
+pub(crate) struct PayloadReader<'a>(pub(crate) &'a [u8]);
 
-impl Reader<'_> {
+impl PayloadReader<'_> {
     pub(crate) fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
         let (first, rest) = self.0.split_first_chunk::<N>()?;
         self.0 = rest;

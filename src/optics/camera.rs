@@ -30,7 +30,7 @@ pub enum Pupil {
 pub struct Aperture {
     /// Focal length over the pupil's diameter.
     pub f_number: f64,
-    /// Share of the light that band_groups the glass.
+    /// Share of the light that passes the glass.
     pub transmission: f64,
     /// The cone's formula.
     pub pupil: Pupil,
@@ -64,14 +64,21 @@ pub struct Camera {
     shading: Shading,
     /// Colour filters over the pixels.
     pub mosaic: Mosaic,
-    /// Share of near infrared that band_groups the lens's cut filter.
+    /// Share of near infrared that passes the lens's cut filter.
     pub infrared_transmission: f64,
     /// Steps per band between lens and photodiode; none where one render serves all bands.
     pub(super) band_groups: Vec<BandGroup>,
     /// Share of the light behind the filters that ends in the four neighbours.
     pub(super) optical_crosstalk: f64,
+    /// Where its pixels look.
+    bearings: Bearings,
+}
+
+/// Where the pixels of a lens look.
+#[derive(Clone, Debug)]
+pub(super) struct Bearings {
     /// Unit bearings at the corners of pixels, (width + 1) a row; zero where the lens has none.
-    bearings: Vec<[f32; 3]>,
+    corners: Vec<[f32; 3]>,
     /// Root of the solid angle of each pixel, in radians: the width of its cone at a distance of 1 m.
     spreads: Vec<f32>,
 }
@@ -101,9 +108,6 @@ impl Camera {
         if !(0.0..=1.0).contains(&aperture.transmission) {
             return Err(Error::key("optics.transmission", aperture.transmission, "use 0 to 1"));
         }
-        let bearings = corner_bearings(size, &|place_px| lens.unproject(place_px));
-        let spreads = spreads(size, &bearings);
-        let mosaic = Mosaic::mono();
         let shading = Shading::of(roll_off, &lens);
         Ok(Self {
             lens,
@@ -113,11 +117,10 @@ impl Camera {
             pixel_pitch_um,
             infrared_transmission: 0.0,
             shading,
-            mosaic,
+            mosaic: Mosaic::mono(),
             band_groups: Vec::new(),
             optical_crosstalk: 0.0,
-            bearings,
-            spreads,
+            bearings: Bearings::of(&lens, size),
         })
     }
 
@@ -127,7 +130,7 @@ impl Camera {
         Self { mosaic, ..self }
     }
 
-    /// The same camera with a lens that band_groups this share of near infrared, 0 (an ideal cut filter, as made) to 1 (none).
+    /// The same camera with a lens that passes this share of near infrared, 0 (an ideal cut filter, as made) to 1 (none).
     #[must_use]
     pub fn with_infrared(self, infrared_transmission: f64) -> Self {
         Self { infrared_transmission, ..self }
@@ -136,21 +139,42 @@ impl Camera {
     /// The same camera with another fall of light. Pixels that reach to where nothing comes through are black.
     #[must_use]
     pub fn with_shading(mut self, shading: Shading) -> Self {
-        for bearing in &mut self.bearings {
-            if shading.is_dark_at(f64::from(bearing[2])) {
-                *bearing = [0.0; 3];
-            }
-        }
+        self.bearings.darken(&shading);
         Self { shading, ..self }
     }
 
-    /// The same camera with another mapping, for one band.
-    #[must_use]
-    pub(super) fn with_lens(self, lens: Lens) -> Self {
-        let bearings = corner_bearings(self.size, &|place_px| lens.unproject(place_px));
-        let spreads = spreads(self.size, &bearings);
-        let shading = self.shading.clone();
-        Self { lens, bearings, spreads, ..self }.with_shading(shading)
+    /// The group of one band, whose lens magnifies by this factor. It has no kernels, filters or crosstalk yet.
+    pub(super) fn band_group(&self, band: usize, magnification: f64) -> BandGroup {
+        let lens = self.lens.magnified(magnification);
+        // A factor of 1 keeps the bearings' bits without asking the lens again.
+        let bearings = if lens == self.lens {
+            self.bearings.clone()
+        } else {
+            let mut bearings = Bearings::of(&lens, self.size);
+            bearings.darken(&self.shading);
+            bearings
+        };
+        let mut bands = [false; FILTER_BANDS];
+        bands[band] = true;
+        let mosaic = self.mosaic.clone();
+        BandGroup { lens, bearings, mosaic, bands, kernels: None, filters_later: false, electrical_crosstalk: 0.0 }
+    }
+
+    /// The camera that renders a group: this one with the group's mapping and filters, an ideal lens and no crosstalk.
+    pub(super) fn of_group(&self, group: &BandGroup) -> Self {
+        Self {
+            lens: group.lens,
+            size: self.size,
+            body_from_camera: self.body_from_camera,
+            aperture: self.aperture,
+            pixel_pitch_um: self.pixel_pitch_um,
+            shading: self.shading.clone(),
+            mosaic: group.mosaic.clone(),
+            infrared_transmission: self.infrared_transmission,
+            band_groups: Vec::new(),
+            optical_crosstalk: 0.0,
+            bearings: group.bearings.clone(),
+        }
     }
 
     /// Photons of each band that reach a pixel's filter on the axis in a second per lux-equivalent of exitance.
@@ -164,15 +188,16 @@ impl Camera {
     /// Least and greatest share of light that roll-off leaves over all pixels (0 where the lens has no bearing). Inside a pixel the cosine
     /// lies between those of its corners.
     pub fn roll_off_bounds(&self) -> [f64; 2] {
-        let own = self.own_roll_off_bounds(&self.bearings);
+        let own = self.bounds_at(&self.bearings.corners);
         // Bands with a separate mapping see a little more or less of the field.
         self.band_groups
             .iter()
-            .map(BandGroup::roll_off_bounds)
+            .map(|group| self.bounds_at(&group.bearings.corners))
             .fold(own, |all, of| [crate::num::lesser(all[0], of[0]), crate::num::greater(all[1], of[1])])
     }
 
-    fn own_roll_off_bounds<'a>(&self, bearings: impl IntoIterator<Item = &'a [f32; 3]>) -> [f64; 2] {
+    /// Least and greatest share of light that roll-off leaves at these bearings.
+    fn bounds_at<'a>(&self, bearings: impl IntoIterator<Item = &'a [f32; 3]>) -> [f64; 2] {
         let (mut least, mut most, mut is_whole) = (f32::MAX, f32::MIN, true);
         for bearing in bearings {
             if *bearing == [0.0; 3] {
@@ -198,7 +223,7 @@ impl Camera {
         let stride = index(self.size.width_px) + 1;
         let columns = index(first_x)..=index(end_x);
         let rows = index(first_y)..=index(end_y);
-        self.own_roll_off_bounds(rows.flat_map(|y| &self.bearings[y * stride..][columns.clone()]))
+        self.bounds_at(rows.flat_map(|y| &self.bearings.corners[y * stride..][columns.clone()]))
     }
 
     /// Least and greatest share of the light of the darkest and of the brightest surroundings that blur can leave a pixel.
@@ -209,7 +234,7 @@ impl Camera {
 
     /// Cosine to the axis of the bearing farthest from it.
     pub fn cosine_min(&self) -> f64 {
-        let seen = self.bearings.iter().filter(|bearing| **bearing != [0.0; 3]);
+        let seen = self.bearings.corners.iter().filter(|bearing| **bearing != [0.0; 3]);
         seen.fold(1.0, |least, bearing| crate::num::lesser(least, f64::from(bearing[2])))
     }
 
@@ -224,47 +249,57 @@ impl Camera {
     pub(super) fn corners(&self, x_px: usize, y_px: usize) -> Option<[[f32; 3]; 4]> {
         let stride = index(self.size.width_px) + 1;
         let top = y_px * stride + x_px;
-        let corners = [top, top + 1, top + stride, top + stride + 1].map(|at| self.bearings[at]);
+        let corners = [top, top + 1, top + stride, top + stride + 1].map(|at| self.bearings.corners[at]);
         corners.iter().all(|bearing| *bearing != [0.0; 3]).then_some(corners)
     }
 
     /// Width of a pixel's cone at 1 m, in metres.
     #[inline(always)]
     pub(super) fn spread(&self, x_px: usize, y_px: usize) -> f32 {
-        self.spreads[y_px * index(self.size.width_px) + x_px]
+        self.bearings.spreads[y_px * index(self.size.width_px) + x_px]
     }
 }
 
-fn corner_bearings(size: Size, unproject: &dyn Fn(DVec2) -> Option<DVec3>) -> Vec<[f32; 3]> {
-    let mut bearings = Vec::with_capacity((index(size.width_px) + 1) * (index(size.height_px) + 1));
-    for y in 0..=index(size.height_px) {
-        for x in 0..=index(size.width_px) {
-            let place_px = DVec2::new(f64_from_usize(x) - 0.5, f64_from_usize(y) - 0.5);
-            let bearing = unproject(place_px).filter(|bearing| bearing.is_finite());
-            bearings.push(bearing.map_or([0.0; 3], |bearing| bearing.to_array().map(f32_nearest)));
+impl Bearings {
+    fn of(lens: &Lens, size: Size) -> Self {
+        let (width, height) = (index(size.width_px), index(size.height_px));
+        let mut corners = Vec::with_capacity((width + 1) * (height + 1));
+        for y in 0..=height {
+            for x in 0..=width {
+                let place_px = DVec2::new(f64_from_usize(x) - 0.5, f64_from_usize(y) - 0.5);
+                let bearing = lens.unproject(place_px).filter(|bearing| bearing.is_finite());
+                corners.push(bearing.map_or([0.0; 3], |bearing| bearing.to_array().map(f32_nearest)));
+            }
         }
+        let at = |x: usize, y: usize| DVec3::from_array(corners[y * (width + 1) + x].map(f64::from));
+        let mut spreads = Vec::with_capacity(size.pixel_count());
+        for y in 0..height {
+            for x in 0..width {
+                let (right, down) = (at(x + 1, y) - at(x, y), at(x, y + 1) - at(x, y));
+                spreads.push(f32_nearest(right.cross(down).length().sqrt()));
+            }
+        }
+        Self { corners, spreads }
     }
-    bearings
-}
 
-fn spreads(size: Size, bearings: &[[f32; 3]]) -> Vec<f32> {
-    let stride = index(size.width_px) + 1;
-    let at = |x: usize, y: usize| DVec3::from_array(bearings[y * stride + x].map(f64::from));
-    let mut spreads = Vec::with_capacity(size.pixel_count());
-    for y in 0..index(size.height_px) {
-        for x in 0..index(size.width_px) {
-            let (right, down) = (at(x + 1, y) - at(x, y), at(x, y + 1) - at(x, y));
-            spreads.push(f32_nearest(right.cross(down).length().sqrt()));
+    /// Takes the bearings away from where nothing comes through.
+    fn darken(&mut self, shading: &Shading) {
+        for bearing in &mut self.corners {
+            if shading.is_dark_at(f64::from(bearing[2])) {
+                *bearing = [0.0; 3];
+            }
         }
     }
-    spreads
 }
 
 /// Bands that are rendered and changed together.
 #[derive(Clone, Debug)]
 pub(super) struct BandGroup {
-    /// With the bands' own mapping. It has filters where they are not applied afterwards.
-    pub(super) camera: Camera,
+    /// The bands' mapping.
+    pub(super) lens: Lens,
+    pub(super) bearings: Bearings,
+    /// Filters that the render applies; all others come afterwards.
+    pub(super) mosaic: Mosaic,
     pub(super) bands: [bool; FILTER_BANDS],
     /// One for each band where the lens blurs.
     pub(super) kernels: Option<[BlurKernel; FILTER_BANDS]>,
@@ -274,31 +309,17 @@ pub(super) struct BandGroup {
 }
 
 impl BandGroup {
-    /// Its camera, and all else that reaches the photons as text.
-    pub(super) fn parts(&self) -> (&Camera, String) {
-        let Self { camera, bands, kernels, filters_later, electrical_crosstalk } = self;
-        (camera, format!("{bands:?} {kernels:?} {filters_later} {electrical_crosstalk:?}"))
-    }
-}
-
-impl BandGroup {
-    /// As `Camera::roll_off_bounds`, for its mapping.
-    pub(super) fn roll_off_bounds(&self) -> [f64; 2] {
-        self.camera.roll_off_bounds()
-    }
-
     /// The greatest lobes of its kernels.
     pub(super) fn lobes(&self) -> f64 {
         self.kernels.iter().flatten().fold(0.0, |most, kernel| crate::num::greater(most, kernel.lobes()))
     }
 
     /// The kernel of the group's bands: their mean by the light's photons behind the filter.
-    pub(super) fn kernel(&self, illuminant: Illuminant, kernels: &[BlurKernel; FILTER_BANDS]) -> BlurKernel {
-        let photons = self.camera.photons_per_lux_s(illuminant);
-        let passed = self.camera.mosaic.transmission_at(0, 0);
+    pub(super) fn kernel(&self, photons_per_lux_s: [f64; BANDS], kernels: &[BlurKernel; FILTER_BANDS]) -> BlurKernel {
+        let passed = self.mosaic.transmission_at(0, 0);
         let weighed: Vec<(&BlurKernel, f64)> = (0..BANDS)
             .filter(|&band| self.bands[band])
-            .map(|band| (&kernels[band], photons[band] * passed[band]))
+            .map(|band| (&kernels[band], photons_per_lux_s[band] * passed[band]))
             .collect();
         if let [(kernel, _)] = weighed[..] {
             return kernel.clone();

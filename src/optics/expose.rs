@@ -7,8 +7,7 @@
 //! spectrum weighs them, which is exact for grey scenes. Where nothing differs there is one render and its plane is left as it
 //! is.
 
-pub(super) use super::camera::BandGroup;
-use super::camera::Camera;
+use super::camera::{BandGroup, Camera};
 use super::crosstalk::shared_out;
 use super::fixed::FixedPictures;
 use super::mosaic::{FILTER_BANDS, Mosaic};
@@ -67,29 +66,22 @@ impl Camera {
                 group.bands[band] = true;
                 continue;
             }
-            let mut bands = [false; FILTER_BANDS];
-            bands[band] = true;
-            let lens = self.lens.magnified(path.magnification[band]);
-            // A factor of 1 keeps the bearings' bits without asking the lens again.
-            let camera = if lens == self.lens { self.clone() } else { self.clone().with_lens(lens) };
             let kernel = |band: usize| path.psf.kernel(WAVELENGTHS_UM[band], self.pixel_pitch_um);
             band_groups.push(BandGroup {
-                camera,
-                bands,
                 kernels: blurs.then(|| std::array::from_fn(kernel)),
                 filters_later: blurs && !is_mono,
                 electrical_crosstalk: path.electrical_crosstalk[band],
+                ..self.band_group(band, path.magnification[band])
             });
         }
-        let changes = |group: &BandGroup| {
-            group.kernels.is_some() || group.electrical_crosstalk > 0.0 || group.camera.lens != self.lens
-        };
+        let changes =
+            |group: &BandGroup| group.kernels.is_some() || group.electrical_crosstalk > 0.0 || group.lens != self.lens;
         if band_groups.len() == 1 && !changes(&band_groups[0]) {
             band_groups.clear();
         }
         for group in &mut band_groups {
             let filters = if group.filters_later { Mosaic::mono() } else { self.mosaic.clone() };
-            group.camera.mosaic = filters.restricted_to(group.bands);
+            group.mosaic = filters.restricted_to(group.bands);
         }
         (self.band_groups, self.optical_crosstalk) = (band_groups, path.optical_crosstalk);
         Ok(self)
@@ -153,14 +145,14 @@ pub fn expose_by(
     ideal: &dyn Fn(&Camera) -> Result<Exposure, Error>,
 ) -> Result<Exposure, Error> {
     let mut exposure =
-        if camera.band_groups.is_empty() { ideal(camera)? } else { in_passes(illuminant, camera, ideal)? };
+        if camera.band_groups.is_empty() { ideal(camera)? } else { by_group(illuminant, camera, ideal)? };
     if camera.optical_crosstalk > 0.0 {
         exposure.photons = shared_out(&exposure.photons, camera.optical_crosstalk);
     }
     Ok(exposure)
 }
 
-fn in_passes(
+fn by_group(
     illuminant: Illuminant,
     camera: &Camera,
     ideal: &dyn Fn(&Camera) -> Result<Exposure, Error>,
@@ -168,10 +160,10 @@ fn in_passes(
     let mut whole = Exposure { photons: Plane::filled(camera.size, 0.0), render_variance_ratio: 0.0, rays: 0 };
     let (mut photons, mut deviations) = (0.0, 0.0);
     for group in &camera.band_groups {
-        let seen = ideal(&group.camera)?;
+        let seen = ideal(&camera.of_group(group))?;
         let mut plane = seen.photons;
         if let Some(kernels) = &group.kernels {
-            plane = group.kernel(illuminant, kernels).blurred(&plane);
+            plane = group.kernel(camera.photons_per_lux_s(illuminant), kernels).blurred(&plane);
         }
         if group.filters_later {
             filter(&mut plane, &camera.mosaic, group.bands);

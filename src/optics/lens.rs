@@ -23,7 +23,7 @@ pub use double_sphere::DoubleSphere;
 pub use eucm::Eucm;
 pub use kb4::Kb4;
 pub use radtan::Radtan;
-pub use table::{TABLE_POINTS_MAX, Table};
+pub use table::{RadiusTable, TABLE_POINTS_MAX};
 
 use glam::{DVec2, DVec3};
 
@@ -59,7 +59,7 @@ pub enum Mapping {
     /// An ellipsoid and a pinhole.
     Eucm(Eucm),
     /// A measured radius for each angle.
-    Table(Table),
+    Table(RadiusTable),
 }
 
 /// The mapping of one camera.

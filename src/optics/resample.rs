@@ -51,7 +51,7 @@ pub fn check(stream: &ImageStream) -> Result<(), Error> {
 }
 
 /// Pixels of a camera as seen by another one.
-struct View<'a> {
+struct CameraPixels<'a> {
     camera: &'a Camera,
     lens: Lens,
     size: Size,
@@ -60,7 +60,7 @@ struct View<'a> {
 /// Where a pixel lies in the pictures: pixel edges are whole numbers there, from (0, 0) at the top left.
 type Quad = [DVec2; 4];
 
-impl<'a> View<'a> {
+impl<'a> CameraPixels<'a> {
     fn of(stream: &ImageStream, camera: &'a Camera) -> Self {
         Self { camera, lens: lens_of(stream.camera(), stream.size()), size: stream.size() }
     }
@@ -112,7 +112,7 @@ pub fn resample(stream: &ImageStream, camera: &Camera, shutter: &[Span]) -> Resu
     let mut needed: Vec<usize> = rows.iter().flatten().map(|(number, _)| *number).collect();
     needed.sort_unstable();
     needed.dedup();
-    let view = View::of(stream, camera);
+    let view = CameraPixels::of(stream, camera);
     let per_lux_s = camera.photons_per_lux_s(stream.illuminant());
     for numbers in needed.chunks(stream.pictures_at_once()) {
         let pictures = stream.pictures(numbers)?;
@@ -138,7 +138,7 @@ pub fn resample(stream: &ImageStream, camera: &Camera, shutter: &[Span]) -> Resu
 }
 
 /// Adds the light of pictures, each for so many lux-seconds at value 1, to the pixels of a row.
-fn add_row(view: &View, row: usize, pictures: &[(&Picture, f64)], per_lux_s: [f64; BANDS], values: &mut [f32]) {
+fn add_row(view: &CameraPixels, row: usize, pictures: &[(&Picture, f64)], per_lux_s: [f64; BANDS], values: &mut [f32]) {
     let Some((first, _)) = pictures.first() else { return };
     let mosaic = &view.camera.mosaic;
     let filters: Vec<[f64; BANDS]> = (0..mosaic.width_px())
@@ -148,7 +148,7 @@ fn add_row(view: &View, row: usize, pictures: &[(&Picture, f64)], per_lux_s: [f6
         })
         .collect();
     let mut coverage = Coverage::default();
-    debug_assert!(pictures.iter().all(|(picture, _)| picture.size() == first.size()));
+    assert!(pictures.iter().all(|(picture, _)| picture.size() == first.size()));
     for (x_px, pixel) in view.quads(row).into_iter().enumerate() {
         let Some((quad, roll_off)) = pixel else { continue };
         let Some(seen_share) = coverage.of(&quad, view.size) else { continue };
@@ -186,7 +186,7 @@ fn ring(quad: &Quad) -> [DVec2; 4] {
 
 /// Share of a camera's picture that lies outside the stream's pictures and is black.
 pub fn outside_share(stream: &ImageStream, camera: &Camera) -> f64 {
-    let view = View::of(stream, camera);
+    let view = CameraPixels::of(stream, camera);
     let (mut seen, mut pixels) = (0.0, 0.0);
     for row in 0..index(camera.size.height_px) {
         for quad in view.quads(row) {
@@ -202,7 +202,7 @@ pub fn outside_share(stream: &ImageStream, camera: &Camera) -> f64 {
 
 /// Pixels of the pictures that a pixel in the middle of a camera covers: below 1 the pictures are coarser than the sensor.
 pub fn source_pixels(stream: &ImageStream, camera: &Camera) -> f64 {
-    let quads = View::of(stream, camera).quads(index(camera.size.height_px) / 2);
+    let quads = CameraPixels::of(stream, camera).quads(index(camera.size.height_px) / 2);
     let middle = quads.get(index(camera.size.width_px) / 2).copied().flatten();
     middle.map_or(0.0, |(quad, _)| area(&ring(&quad)))
 }
@@ -221,7 +221,7 @@ pub fn photon_bounds(stream: &ImageStream, camera: &Camera, exposure_s: f64, out
 /// more.
 pub fn depth(stream: &ImageStream, camera: &Camera, t_s: f64) -> Result<Option<Plane<f32>>, Error> {
     let Some(source) = stream.depth_m(t_s)? else { return Ok(None) };
-    let view = View::of(stream, camera);
+    let view = CameraPixels::of(stream, camera);
     let mut plane = Plane::filled(camera.size, f32::INFINITY);
     for row in 0..plane.height_px() {
         for (x_px, quad) in view.quads(row).into_iter().enumerate() {

@@ -9,7 +9,7 @@
 //! is slower is an offset that black-level correction takes. Pixels, rows and frames are drawn independently.
 
 use super::params::PixelParams;
-use super::sample_noise::{SampleNoise, SampleSigmas, Sampling};
+use super::sample_noise::{SampleNoise, SampleSigmas, SampleTiming};
 use crate::draw::EffectNumber;
 use crate::effect::Effect;
 
@@ -17,13 +17,13 @@ use crate::effect::Effect;
 pub const NUMBER: EffectNumber = EffectNumber(111);
 
 /// 1/f noise of the source follower; `None` where it is silent.
-pub fn flicker_noise(params: &PixelParams, sampling: Sampling) -> Option<Box<dyn Effect>> {
+pub fn flicker_noise(params: &PixelParams, sampling: SampleTiming) -> Option<Box<dyn Effect>> {
     let sigma_uv = flicker_variance_uv2(params, sampling).sqrt();
     SampleNoise::boxed("flicker_noise", NUMBER, SampleSigmas::of_difference(sigma_uv, sampling.samples))
 }
 
 /// Variance of what is converted in uV^2: of the difference where both samples are taken.
-pub fn flicker_variance_uv2(params: &PixelParams, sampling: Sampling) -> f64 {
+pub fn flicker_variance_uv2(params: &PixelParams, sampling: SampleTiming) -> f64 {
     let density_uv2 = params.flicker_uv_per_rthz * params.flicker_uv_per_rthz;
     let bandwidth_hz = params.follower_bandwidth_hz;
     if sampling.samples.is_double() {

@@ -5,7 +5,7 @@
 //! samples of one reset share is left out of both: it moves a conversion along the ramp and cancels in the difference.
 
 use super::params::PixelParams;
-use super::sample_noise::{SampleNoise, SampleSigmas, Samples};
+use super::sample_noise::{SampleNoise, SampleSigmas, SampledLevels};
 use crate::draw::EffectNumber;
 use crate::effect::Effect;
 
@@ -13,12 +13,12 @@ use crate::effect::Effect;
 pub const NUMBER: EffectNumber = EffectNumber(106);
 
 /// Thermal noise of the reset, as far as sampling leaves it; `None` where double sampling removes it.
-pub fn ktc_noise(params: &PixelParams, samples: Samples) -> Option<Box<dyn Effect>> {
+pub fn ktc_noise(params: &PixelParams, samples: SampledLevels) -> Option<Box<dyn Effect>> {
     SampleNoise::boxed("ktc_noise", NUMBER, ktc_sigmas(params, samples))
 }
 
 /// Sigmas of reset noise in the samples as they are converted.
-pub fn ktc_sigmas(params: &PixelParams, samples: Samples) -> SampleSigmas {
+pub fn ktc_sigmas(params: &PixelParams, samples: SampledLevels) -> SampleSigmas {
     if samples.is_double() && params.pixel_type.is_correlated() {
         return SampleSigmas { signal_uv: 0.0, reset_uv: 0.0 };
     }

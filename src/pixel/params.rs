@@ -268,16 +268,16 @@ pub(crate) mod tests {
 
     #[test]
     fn double_sampling_removes_ktc_only_where_both_samples_share_a_reset() {
-        use crate::pixel::{Samples, ktc_sigmas};
+        use crate::pixel::{SampledLevels, ktc_sigmas};
         let one_uv2 = paper_pixel().ktc_of_one_reset_uv() * paper_pixel().ktc_of_one_reset_uv();
         let resets = |pixel_type, samples| {
             let variance_uv2 = ktc_sigmas(&PixelParams { pixel_type, ..paper_pixel() }, samples).variance_uv2();
             (variance_uv2 / one_uv2).round()
         };
-        for samples in [Samples::Difference, Samples::Both] {
+        for samples in [SampledLevels::Difference, SampledLevels::Both] {
             assert_eq!(PixelType::ALL.map(|kind| resets(kind, samples)), [2.0, 0.0, 2.0, 0.0]);
         }
-        assert_eq!(PixelType::ALL.map(|kind| resets(kind, Samples::Signal)), [1.0; 4]);
+        assert_eq!(PixelType::ALL.map(|kind| resets(kind, SampledLevels::Signal)), [1.0; 4]);
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! release 4.0, temporal dark noise without quantisation); where both samples are converted, half its variance in each.
 
 use super::params::PixelParams;
-use super::sample_noise::{SampleNoise, SampleSigmas, Samples};
+use super::sample_noise::{SampleNoise, SampleSigmas, SampledLevels};
 use crate::draw::EffectNumber;
 use crate::effect::Effect;
 
@@ -12,6 +12,6 @@ use crate::effect::Effect;
 pub const NUMBER: EffectNumber = EffectNumber(107);
 
 /// Noise of source follower, column and comparator together; `None` where the chain is silent.
-pub fn read_noise(params: &PixelParams, samples: Samples) -> Option<Box<dyn Effect>> {
+pub fn read_noise(params: &PixelParams, samples: SampledLevels) -> Option<Box<dyn Effect>> {
     SampleNoise::boxed("read_noise", NUMBER, SampleSigmas::of_difference(params.read_noise_uv, samples))
 }

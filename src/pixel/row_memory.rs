@@ -21,9 +21,9 @@ pub(super) struct RowMemory<T> {
     values: AtomicUsize,
 }
 
-type Link<T> = OnceLock<Box<Kept<T>>>;
+type Link<T> = OnceLock<Box<KeptRow<T>>>;
 
-struct Kept<T> {
+struct KeptRow<T> {
     name: (DrawKey, usize),
     row: Vec<T>,
     next: Link<T>,
@@ -51,7 +51,7 @@ impl<T: Clone> RowMemory<T> {
             self.values.fetch_sub(size, Ordering::Relaxed);
             return Cow::Owned(row);
         }
-        Cow::Borrowed(keep(end, Box::new(Kept { name, row, next: OnceLock::new() })))
+        Cow::Borrowed(keep(end, Box::new(KeptRow { name, row, next: OnceLock::new() })))
     }
 }
 
@@ -69,7 +69,7 @@ fn find<T>(list: &Link<T>, name: (DrawKey, usize)) -> Result<&[T], &Link<T>> {
 
 /// Puts a row at a list's end, wherever other threads have moved it meanwhile. One that made the same row leaves a second one behind,
 /// which is never looked up.
-fn keep<T>(end: &Link<T>, kept: Box<Kept<T>>) -> &[T] {
+fn keep<T>(end: &Link<T>, kept: Box<KeptRow<T>>) -> &[T] {
     let (mut link, mut left) = (end, Some(kept));
     loop {
         let at = link.get_or_init(|| left.take().expect("a row is put in one place"));

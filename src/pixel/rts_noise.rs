@@ -12,7 +12,7 @@ use std::borrow::Cow;
 use super::die::{Die, exponential};
 use super::params::PixelParams;
 use super::row_memory::RowMemory;
-use super::sample_noise::{Samples, Sampling};
+use super::sample_noise::{SampleTiming, SampledLevels};
 use crate::draw::{EffectNumber, fill_uniforms};
 use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
@@ -31,7 +31,7 @@ struct Trap {
 pub struct RtsNoise {
     trap_below: u64,
     amplitude_uv: f64,
-    samples: Samples,
+    samples: SampledLevels,
     /// Correlation of the states at the two samples.
     correlation: f64,
     traps: RowMemory<Trap>,
@@ -49,7 +49,7 @@ impl RtsNoise {
     pub const NUMBER: EffectNumber = EffectNumber(110);
 
     /// `None` where no trap affects the samples.
-    pub fn from_params(params: &PixelParams, sampling: Sampling) -> Option<Box<dyn Effect>> {
+    pub fn from_params(params: &PixelParams, sampling: SampleTiming) -> Option<Box<dyn Effect>> {
         let effect = Self {
             trap_below: u64_half_even(1e-6 * params.rts_ppm * TWO_TO_32),
             amplitude_uv: params.rts_amplitude_uv,

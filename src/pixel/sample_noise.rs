@@ -11,7 +11,7 @@ use crate::num::f32_nearest;
 
 /// How the reset level is taken off the signal, as far as noise is concerned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Samples {
+pub enum SampledLevels {
     /// The signal alone is sampled and converted.
     Signal,
     /// Both are sampled, their difference is converted.
@@ -20,7 +20,7 @@ pub enum Samples {
     Both,
 }
 
-impl Samples {
+impl SampledLevels {
     /// Whether reset and signal are both sampled.
     pub fn is_double(self) -> bool {
         self != Self::Signal
@@ -29,9 +29,9 @@ impl Samples {
 
 /// The samples with the time between them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sampling {
+pub struct SampleTiming {
     /// What is sampled and what is converted.
-    pub samples: Samples,
+    pub samples: SampledLevels,
     /// From the reset sample to the signal sample in seconds; 0 where there is no reset sample.
     pub interval_s: f64,
 }
@@ -47,10 +47,10 @@ pub struct SampleSigmas {
 
 impl SampleSigmas {
     /// Splits a sigma that holds for the difference evenly over the samples that are converted.
-    pub fn of_difference(sigma_uv: f64, samples: Samples) -> Self {
+    pub fn of_difference(sigma_uv: f64, samples: SampledLevels) -> Self {
         match samples {
-            Samples::Signal | Samples::Difference => Self { signal_uv: sigma_uv, reset_uv: 0.0 },
-            Samples::Both => {
+            SampledLevels::Signal | SampledLevels::Difference => Self { signal_uv: sigma_uv, reset_uv: 0.0 },
+            SampledLevels::Both => {
                 let each_uv = sigma_uv * core::f64::consts::FRAC_1_SQRT_2;
                 Self { signal_uv: each_uv, reset_uv: each_uv }
             }
@@ -58,11 +58,11 @@ impl SampleSigmas {
     }
 
     /// For a sigma that each sample has on its own.
-    pub fn of_each(sigma_uv: f64, samples: Samples) -> Self {
+    pub fn of_each(sigma_uv: f64, samples: SampledLevels) -> Self {
         match samples {
-            Samples::Signal => Self { signal_uv: sigma_uv, reset_uv: 0.0 },
-            Samples::Difference => Self { signal_uv: sigma_uv * core::f64::consts::SQRT_2, reset_uv: 0.0 },
-            Samples::Both => Self { signal_uv: sigma_uv, reset_uv: sigma_uv },
+            SampledLevels::Signal => Self { signal_uv: sigma_uv, reset_uv: 0.0 },
+            SampledLevels::Difference => Self { signal_uv: sigma_uv * core::f64::consts::SQRT_2, reset_uv: 0.0 },
+            SampledLevels::Both => Self { signal_uv: sigma_uv, reset_uv: sigma_uv },
         }
     }
 

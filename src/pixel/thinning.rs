@@ -15,7 +15,7 @@ const SUM_MEAN_MAX: f64 = 16.0;
 pub(super) fn binomial(values_e: &[f32], share: f64, uniforms: &[u32], gone_e: &mut [f32]) {
     assert!(values_e.len() == uniforms.len(), "a draw needs one uniform");
     normals(uniforms, gone_e);
-    let (go, stay) = (Outcome::new(share, 1.0 - share), Outcome::new(1.0 - share, share));
+    let (go, stay) = (BinomialOutcome::new(share, 1.0 - share), BinomialOutcome::new(1.0 - share, share));
     for ((gone_e, &value_e), &uniform) in gone_e.iter_mut().zip(values_e).zip(uniforms) {
         let value_e = f64::from(value_e);
         if !value_e.is_finite() {
@@ -51,12 +51,12 @@ fn by_expansion(n: f64, p: f64, z: f64) -> f64 {
 }
 
 /// An outcome of probability p <= 1/2, with what its sums need.
-struct Outcome {
+struct BinomialOutcome {
     odds: f64,
     log_other: f64,
 }
 
-impl Outcome {
+impl BinomialOutcome {
     fn new(probability: f64, other: f64) -> Self {
         Self { odds: probability / other, log_other: libm::log1p(-probability) }
     }

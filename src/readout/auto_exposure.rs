@@ -132,7 +132,7 @@ impl AutoExposure {
 mod tests {
     use super::*;
     use crate::adc::params_tests::paper_adc;
-    use crate::readout::{Exposure, ReadoutParams, Shutter};
+    use crate::readout::{ExposureSetting, ReadoutParams, Shutter};
     use crate::units::Size;
 
     const RANGE: CodeRange = CodeRange { black_dn: 64.0, max_dn: 1023.0, gain: 1.0 };
@@ -140,7 +140,7 @@ mod tests {
         AutoExposureParams { target_mean: 0.4, delay_frames: 0, exposure_lines_max: None, gain_max: 16.0 };
 
     fn schedule(lines: u32, latency: u32) -> Schedule {
-        let plain = ReadoutParams::plain(Shutter::Rolling, 928, 1724, 48_000_000, Exposure::Lines(lines));
+        let plain = ReadoutParams::plain(Shutter::Rolling, 928, 1724, 48_000_000, ExposureSetting::Lines(lines));
         let params = ReadoutParams { exposure_margin_lines: 20, register_latency_frames: latency, ..plain };
         Schedule::new(Size { width_px: 640, height_px: 480 }, &params, &paper_adc(), 0.0).unwrap()
     }

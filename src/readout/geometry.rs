@@ -162,12 +162,12 @@ fn check_window(window: Window, array: Size, step: u32) -> Result<(), Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::readout::{Exposure, Shutter};
+    use crate::readout::{ExposureSetting, Shutter};
 
     const ARRAY: Size = Size { width_px: 64, height_px: 48 };
 
     fn params() -> ReadoutParams {
-        ReadoutParams::plain(Shutter::Rolling, 1000, 1000, 1_000_000, Exposure::Lines(1))
+        ReadoutParams::plain(Shutter::Rolling, 1000, 1000, 1_000_000, ExposureSetting::Lines(1))
     }
 
     fn window(x_px: u32, y_px: u32, width_px: u32, height_px: u32) -> Option<Window> {

@@ -5,7 +5,7 @@ use super::budget::{LineDemand, greatest};
 use super::clock::FrameClock;
 use super::geometry::Geometry;
 use super::params::{
-    Exposure, FRAME_CLK_MAX, FrameLength, LENGTH_MAX, LongExposure, ReadoutParams, Trigger, microseconds,
+    ExposureSetting, FRAME_CLK_MAX, FrameLength, LENGTH_MAX, LongExposure, ReadoutParams, Trigger, microseconds,
 };
 use super::slots::{frame_demand, longest_exposure, slots};
 use crate::error::Error;
@@ -32,12 +32,12 @@ pub(super) fn check_line(params: &ReadoutParams, demands: &[LineDemand; 4]) -> R
 pub(super) fn exposure_lines(params: &ReadoutParams) -> Result<u64, Error> {
     let least = params.exposure_lines_min;
     match params.exposure {
-        Exposure::Lines(lines) if lines < least => {
+        ExposureSetting::Lines(lines) if lines < least => {
             let reason = format!("shorter than sensor.readout.exposure_lines_min; use {least}");
             Err(Error::key("sensor.readout.exposure_lines", lines, reason))
         }
-        Exposure::Lines(lines) => Ok(lines.into()),
-        Exposure::Us(exposure_us) => {
+        ExposureSetting::Lines(lines) => Ok(lines.into()),
+        ExposureSetting::Us(exposure_us) => {
             // One quotient of two products that are exact at a tie: a line's own length in us seldom is.
             let lines = exposure_us * f64_from_u64(params.pixel_rate_hz) / (1e6 * f64::from(params.hts));
             let lines = u64_half_even(lines);
@@ -117,8 +117,8 @@ fn frame_too_short(
     let shorter = match params.exposure {
         // Not even the shortest exposure fits.
         _ if most < u64::from(params.exposure_lines_min) => String::new(),
-        Exposure::Lines(_) => format!("at most {most}, "),
-        Exposure::Us(_) => format!("at most {:.3} ({most} lines), ", lines_us(most, params)),
+        ExposureSetting::Lines(_) => format!("at most {most}, "),
+        ExposureSetting::Us(_) => format!("at most {:.3} ({most} lines), ", lines_us(most, params)),
     };
     let is_frame = needed <= u64::from(LENGTH_MAX) && needed * u64::from(params.hts) <= FRAME_CLK_MAX;
     let longer = match (is_frame, shorter.is_empty()) {
@@ -133,8 +133,8 @@ fn frame_too_short(
 
 fn asked_exposure(params: &ReadoutParams) -> (&'static str, String) {
     match params.exposure {
-        Exposure::Lines(lines) => ("exposure_lines", lines.to_string()),
-        Exposure::Us(exposure_us) => ("exposure_us", exposure_us.to_string()),
+        ExposureSetting::Lines(lines) => ("exposure_lines", lines.to_string()),
+        ExposureSetting::Us(exposure_us) => ("exposure_us", exposure_us.to_string()),
     }
 }
 

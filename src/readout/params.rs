@@ -19,7 +19,7 @@ named! {
 
 /// How the exposure is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Exposure {
+pub enum ExposureSetting {
     /// In us, 0 to 1e9; rounded to whole lines (half to even), at least the shortest exposure.
     Us(f64),
     /// In whole lines, at least the shortest exposure.
@@ -122,7 +122,7 @@ pub struct ReadoutParams {
     /// Frequency of `pix_clk` in Hz, 1e3 to 1e11; HTS VTS fps.
     pub pixel_rate_hz: u64,
     /// Exposure asked for; with several exposures the longest.
-    pub exposure: Exposure,
+    pub exposure: ExposureSetting,
     /// Fine integration time in `pix_clk`, added to the whole lines, below HTS.
     pub exposure_fine_clk: u32,
     /// Lines of a frame that no exposure can use. Datasheet or driver (4 to 25 in known drivers).
@@ -184,7 +184,7 @@ fn frequency(key: &str, value_hz: u64) -> Result<(), Error> {
 
 impl ReadoutParams {
     /// The plainest readout of these lengths: whole array, one exposure, own clock, no lanes, no pulses.
-    pub fn plain(shutter: Shutter, hts: u32, vts: u32, pixel_rate_hz: u64, exposure: Exposure) -> Self {
+    pub fn plain(shutter: Shutter, hts: u32, vts: u32, pixel_rate_hz: u64, exposure: ExposureSetting) -> Self {
         Self {
             shutter,
             hts,
@@ -221,7 +221,7 @@ impl ReadoutParams {
             FrameLength::RateHz(rate_hz) => within("sensor.readout.frame_rate_hz", rate_hz, 1e-6, 1e6)?,
         }
         frequency("sensor.readout.pixel_rate_hz", self.pixel_rate_hz)?;
-        if let Exposure::Us(exposure_us) = self.exposure {
+        if let ExposureSetting::Us(exposure_us) = self.exposure {
             within("sensor.readout.exposure_us", exposure_us, 0.0, 1e9)?;
         }
         whole("sensor.readout.exposure_lines_min", self.exposure_lines_min, 0, 65_535)?;

@@ -8,7 +8,7 @@ const VGA: Size = Size { width_px: 640, height_px: 480 };
 
 fn ov7251(vts: u32, shutter: Shutter, exposure_us: f64) -> ReadoutParams {
     let (hts, pixel_rate_hz) = (928, 48_000_000);
-    let plain = ReadoutParams::plain(shutter, hts, vts, pixel_rate_hz, Exposure::Us(exposure_us));
+    let plain = ReadoutParams::plain(shutter, hts, vts, pixel_rate_hz, ExposureSetting::Us(exposure_us));
     ReadoutParams { exposure_margin_lines: 20, ..plain }
 }
 
@@ -27,7 +27,7 @@ fn driver_tables_agree_in_rate_line_time_and_exposure_limit() {
     ];
     for (width_px, height_px, hts, vts, pixel_rate_hz, exposure_margin_lines, fps, line_us, limit) in tables {
         let size = Size { width_px, height_px };
-        let plain = ReadoutParams::plain(Shutter::Global, hts, vts, pixel_rate_hz, Exposure::Us(100.0));
+        let plain = ReadoutParams::plain(Shutter::Global, hts, vts, pixel_rate_hz, ExposureSetting::Us(100.0));
         let params = ReadoutParams { exposure_margin_lines, ..plain };
         let schedule = Schedule::new(size, &params, &paper_adc(), 0.0).unwrap();
         assert!((schedule.fps() / fps - 1.0).abs() < 2e-4, "{} fps for {fps}", schedule.fps());
@@ -101,7 +101,7 @@ fn refused(params: &ReadoutParams) -> String {
 }
 
 fn rolling(lines: u32) -> ReadoutParams {
-    ReadoutParams { exposure: Exposure::Lines(lines), ..ov7251(1724, Shutter::Rolling, 0.0) }
+    ReadoutParams { exposure: ExposureSetting::Lines(lines), ..ov7251(1724, Shutter::Rolling, 0.0) }
 }
 
 /// Half a clock either way: clocks are integers and seconds are theirs over the rate.
@@ -121,7 +121,7 @@ fn an_exposure_of_zero_lines_is_an_instant_where_the_sensor_allows_it() {
     assert_eq!(vga(&none).exposure_s(), 0.0);
     let message = refused(&rolling(0));
     assert!(message.contains("exposure_lines = 0: shorter than") && message.contains("use 1"), "{message}");
-    let message = refused(&ReadoutParams { exposure: Exposure::Us(0.0), ..rolling(1) });
+    let message = refused(&ReadoutParams { exposure: ExposureSetting::Us(0.0), ..rolling(1) });
     assert!(
         message.contains("exposure_us = 0: out of range; use 19.334 or more (sensor.readout.exposure_lines_min = 1)"),
         "{message}"
@@ -149,8 +149,8 @@ fn an_exposure_longer_than_a_frame_names_the_frame_or_makes_it() {
     assert!(refused(&fine).contains("at most 1703, vts = 1725"));
     let long = ReadoutParams { long_exposure: LongExposure::ExtendFrame, ..rolling(5000) };
     assert_eq!((vga(&long).vts(), vga(&long).exposure_lines_max()), (5020, 5000));
-    assert_eq!(vga(&ReadoutParams { exposure: Exposure::Lines(1704), ..long.clone() }).vts(), 1724);
-    let endless = ReadoutParams { exposure: Exposure::Us(1e9), ..long };
+    assert_eq!(vga(&ReadoutParams { exposure: ExposureSetting::Lines(1704), ..long.clone() }).vts(), 1724);
+    let endless = ReadoutParams { exposure: ExposureSetting::Us(1e9), ..long };
     assert!(refused(&endless).contains("use at most 16777216 lines"));
 }
 
@@ -234,7 +234,7 @@ fn staggered_exposures_share_no_line_and_follow_one_another() {
         }
     }
     assert_eq!(reads, 3 * 480 * 3);
-    let long = refused(&ReadoutParams { exposure: Exposure::Lines(1700), ..params.clone() });
+    let long = refused(&ReadoutParams { exposure: ExposureSetting::Lines(1700), ..params.clone() });
     assert!(long.contains("exposure_lines = 1700") || long.contains("vts = "), "{long}");
     assert!(refused(&ReadoutParams { shutter: Shutter::Global, ..params }).contains("use none"));
 }

@@ -79,11 +79,14 @@ pub(super) fn longest_exposure(frame_lines: u64, reads: u32, fine_clk: u32, para
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::readout::{Exposure, Shutter};
+    use crate::readout::{ExposureSetting, Shutter};
 
     fn params(exposures: u32, ratio: f64) -> ReadoutParams {
         let hdr = Hdr::MultiExposure { exposures, ratio };
-        ReadoutParams { hdr, ..ReadoutParams::plain(Shutter::Rolling, 1000, 4000, 1_000_000, Exposure::Lines(1)) }
+        ReadoutParams {
+            hdr,
+            ..ReadoutParams::plain(Shutter::Rolling, 1000, 4000, 1_000_000, ExposureSetting::Lines(1))
+        }
     }
 
     /// IMX290-like: VMAX 1125, two exposures, FSC 2250; RHS1 is odd, as its data sheet and drivers demand (2 n + 1).
@@ -119,7 +122,7 @@ mod tests {
 
     #[test]
     fn the_longest_exposure_is_the_frame_less_the_margin_where_there_is_one() {
-        let plain = ReadoutParams::plain(Shutter::Rolling, 1000, 4000, 1_000_000, Exposure::Lines(1));
+        let plain = ReadoutParams::plain(Shutter::Rolling, 1000, 4000, 1_000_000, ExposureSetting::Lines(1));
         let params = ReadoutParams { exposure_margin_lines: 20, ..plain };
         assert_eq!(longest_exposure(1724, 480, 0, &params), 1704);
         assert_eq!(longest_exposure(480, 480, 0, &params), 460);

@@ -39,7 +39,7 @@ impl Similarity {
 
 /// Whether the alignment may change size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scale {
+pub enum AlignmentScale {
     /// Rotation and translation only: stereo, or anything else that knows its metres.
     Kept,
     /// One factor for all: a single camera without an inertial unit.
@@ -50,7 +50,7 @@ pub enum Scale {
 /// covariance of rank below two (all positions equal or on one line), where the rotation is not determined. The test is that of evo, a
 /// singular value above the absolute `f64::EPSILON` (square metres), and above what the covariance's own roundings leave of a line: n + 4
 /// half-ulps of each of nine entries, of which none exceeds the product of the spreads.
-pub fn umeyama(truth_m: &[DVec3], estimate_m: &[DVec3], scale: Scale) -> Result<Similarity, NotMeasurable> {
+pub fn umeyama(truth_m: &[DVec3], estimate_m: &[DVec3], scale: AlignmentScale) -> Result<Similarity, NotMeasurable> {
     assert!(truth_m.len() == estimate_m.len(), "positions come in pairs");
     if truth_m.len() < 3 {
         return Err(NotMeasurable::TooFewPoses { associated: truth_m.len(), needed: 3 });
@@ -65,8 +65,8 @@ pub fn umeyama(truth_m: &[DVec3], estimate_m: &[DVec3], scale: Scale) -> Result<
     let sign = if determinant(&svd.u) * determinant(&svd.v) < 0.0 { -1.0 } else { 1.0 };
     let rotation = times_transposed(&svd.u, [1.0, 1.0, sign], &svd.v);
     let factor = match scale {
-        Scale::Kept => 1.0,
-        Scale::Estimated => {
+        AlignmentScale::Kept => 1.0,
+        AlignmentScale::Estimated => {
             (svd.values[0] + svd.values[1] + sign * svd.values[2]) / mean_square_distance(estimate_m, mean_x)
         }
     };
@@ -198,7 +198,7 @@ mod tests {
         let truth = cloud();
         let turn = DQuat::from_xyzw(0.3, -0.5, 0.1, 0.8).normalize();
         let estimate: Vec<_> = truth.iter().map(|&p| turn * (p * 0.5) + DVec3::new(3.0, -7.0, 2.0)).collect();
-        let map = umeyama(&truth, &estimate, Scale::Estimated).unwrap();
+        let map = umeyama(&truth, &estimate, AlignmentScale::Estimated).unwrap();
         // Numbers of size ten through some thirty operations: 30 * 10 * 2^-53 is 3.3e-14.
         assert!(distance_max_m(&truth, &estimate, &map) < 1e-13);
         assert!((map.scale - 2.0).abs() < 1e-14, "{}", map.scale);
@@ -208,7 +208,7 @@ mod tests {
     fn a_mirrored_cloud_is_turned_but_never_mirrored() {
         let truth = cloud();
         let estimate: Vec<_> = truth.iter().map(|&p| DVec3::new(-p.x, p.y, p.z)).collect();
-        let map = umeyama(&truth, &estimate, Scale::Kept).unwrap();
+        let map = umeyama(&truth, &estimate, AlignmentScale::Kept).unwrap();
         let [a, b, c] = map.rotation.map(DVec3::from_array);
         assert!((a.dot(b.cross(c)) - 1.0).abs() < 1e-14);
         assert!(distance_max_m(&truth, &estimate, &map) > 0.1, "no rotation undoes a mirror");
@@ -219,7 +219,7 @@ mod tests {
         let truth: Vec<_> = cloud().iter().map(|p| DVec3::new(p.x, p.y, 0.0)).collect();
         let turn = DQuat::from_xyzw(0.9, 0.2, -0.4, 0.3).normalize();
         let estimate: Vec<_> = truth.iter().map(|&p| turn * p).collect();
-        let map = umeyama(&truth, &estimate, Scale::Kept).unwrap();
+        let map = umeyama(&truth, &estimate, AlignmentScale::Kept).unwrap();
         assert!(distance_max_m(&truth, &estimate, &map) < 1e-14);
     }
 
@@ -228,9 +228,9 @@ mod tests {
         let still = [DVec3::new(0.25, 0.5, 1.0); 9];
         let line: Vec<_> = (0..9_i32).map(|i| DVec3::X * f64::from(i)).collect();
         for (truth, estimate) in [(&still[..], &still[..]), (&line[..], &line[..]), (&still[..], &line[..])] {
-            assert_eq!(umeyama(truth, estimate, Scale::Kept), Err(NotMeasurable::Degenerate));
+            assert_eq!(umeyama(truth, estimate, AlignmentScale::Kept), Err(NotMeasurable::Degenerate));
         }
-        let few = umeyama(&still[..2], &still[..2], Scale::Kept);
+        let few = umeyama(&still[..2], &still[..2], AlignmentScale::Kept);
         assert_eq!(few, Err(NotMeasurable::TooFewPoses { associated: 2, needed: 3 }));
     }
 }

@@ -7,7 +7,7 @@ pub const ASSOCIATION_S: f64 = 0.01;
 
 /// A true pose and its estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pair {
+pub struct PosePair {
     /// From the simulator.
     pub truth: TimedPose,
     /// From the tracker.
@@ -16,13 +16,13 @@ pub struct Pair {
 
 /// For each pose of the shorter trajectory the nearest of the longer one within `window_s`; the estimate counts as the
 /// shorter one where both are equally long. A pose of the longer one may serve twice, as in evo.
-pub fn associate(truth: &[TimedPose], estimate: &[TimedPose], window_s: f64) -> Vec<Pair> {
+pub fn associate(truth: &[TimedPose], estimate: &[TimedPose], window_s: f64) -> Vec<PosePair> {
     if estimate.len() > truth.len() {
         let pair = |pose: &TimedPose| nearest(estimate, pose.t_s, window_s).map(|other| (*pose, other));
-        truth.iter().filter_map(pair).map(|(truth, estimate)| Pair { truth, estimate }).collect()
+        truth.iter().filter_map(pair).map(|(truth, estimate)| PosePair { truth, estimate }).collect()
     } else {
         let pair = |pose: &TimedPose| nearest(truth, pose.t_s, window_s).map(|other| (other, *pose));
-        estimate.iter().filter_map(pair).map(|(truth, estimate)| Pair { truth, estimate }).collect()
+        estimate.iter().filter_map(pair).map(|(truth, estimate)| PosePair { truth, estimate }).collect()
     }
 }
 

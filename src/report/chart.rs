@@ -72,7 +72,7 @@ const MARKERS: [(&str, &str); 9] = [
 
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Shape {
+pub(crate) enum SeriesShape {
     Dots,
     /// A line of this many pixels' width.
     Line(u32),
@@ -89,7 +89,7 @@ pub(crate) struct Series<'a> {
     /// Colour.
     pub ink: Ink,
     /// Dots or line.
-    pub shape: Shape,
+    pub shape: SeriesShape,
     /// Points of each unbroken stretch, in the axes' units; points that a logarithmic axis has no place for are left out.
     pub runs: Vec<Vec<(f64, f64)>>,
 }
@@ -166,7 +166,7 @@ pub(crate) fn chart(axes: &Axes<'_>, series: &[Series<'_>]) -> String {
 fn zooms(axes: &Axes<'_>, series: &[Series<'_>]) -> bool {
     let is_line = |series: &Series<'_>| {
         let rises = |run: &Vec<(f64, f64)>| run.windows(2).all(|pair| pair[0].0 < pair[1].0);
-        matches!(series.shape, Shape::Line(_)) && series.runs.iter().all(rises)
+        matches!(series.shape, SeriesShape::Line(_)) && series.runs.iter().all(rises)
     };
     !axes.x_log && !axes.y_log && !axes.equal && axes.notes.is_empty() && series.iter().all(is_line)
 }
@@ -219,16 +219,16 @@ fn legend(series: &[Series<'_>]) -> String {
     let entry = |series: &Series<'_>| {
         let ink = series.ink.variable();
         let sample = match series.shape {
-            Shape::Line(width_px) => {
+            SeriesShape::Line(width_px) => {
                 format!("<path d=\"M1 8H31\" stroke=\"{ink}\" stroke-width=\"{}\"/>", f64::from(width_px) * 1.6)
             }
-            Shape::Marked(width_px) => format!(
+            SeriesShape::Marked(width_px) => format!(
                 "<path d=\"M1 8H31\" stroke=\"{ink}\" stroke-width=\"{width_px}\"/><circle cx=\"16\" cy=\"8\" r=\"4\" fill=\"{ink}\"/>"
             ),
-            Shape::Ring => {
+            SeriesShape::Ring => {
                 format!("<circle cx=\"16\" cy=\"8\" r=\"6\" fill=\"none\" stroke=\"{ink}\" stroke-width=\"2.5\"/>")
             }
-            Shape::Dots => format!("<circle cx=\"16\" cy=\"8\" r=\"5\" fill=\"{ink}\"/>"),
+            SeriesShape::Dots => format!("<circle cx=\"16\" cy=\"8\" r=\"5\" fill=\"{ink}\"/>"),
         };
         format!("<li><svg viewBox=\"0 0 32 16\" aria-hidden=\"true\">{sample}</svg>{}</li>", escaped(series.name))
     };
@@ -306,15 +306,15 @@ fn draw<'a>(svg: &'a mut String, axes: &Axes<'_>, series: &[Series<'_>], x: Axis
         for run in &series.runs {
             let dot = |&point: &(f64, f64)| Circle::new(point, DOT_RADIUS_PX, ink.filled());
             let ring = |&point: &(f64, f64)| Circle::new(point, RING_RADIUS_PX, ink.stroke_width(3));
-            if let (Shape::Line(width_px) | Shape::Marked(width_px), true) = (series.shape, run.len() > 1) {
+            if let (SeriesShape::Line(width_px) | SeriesShape::Marked(width_px), true) = (series.shape, run.len() > 1) {
                 chart.draw_series(LineSeries::new(run.iter().copied(), ink.stroke_width(width_px)))?;
             }
             match series.shape {
-                Shape::Line(_) if run.len() > 1 => {}
-                Shape::Ring => {
+                SeriesShape::Line(_) if run.len() > 1 => {}
+                SeriesShape::Ring => {
                     chart.draw_series(run.iter().map(ring))?;
                 }
-                Shape::Line(_) | Shape::Marked(_) | Shape::Dots => {
+                SeriesShape::Line(_) | SeriesShape::Marked(_) | SeriesShape::Dots => {
                     chart.draw_series(run.iter().map(dot))?;
                 }
             }
@@ -338,7 +338,7 @@ mod tests {
     use super::*;
 
     fn line(points: &[(f64, f64)]) -> Series<'static> {
-        Series { name: "a", ink: Ink::One, shape: Shape::Line(2), runs: vec![points.to_vec()] }
+        Series { name: "a", ink: Ink::One, shape: SeriesShape::Line(2), runs: vec![points.to_vec()] }
     }
 
     fn axes(equal: bool) -> Axes<'static> {
@@ -356,7 +356,7 @@ mod tests {
     fn a_logarithmic_chart_skips_what_a_logarithm_has_no_place_for() {
         let axes = Axes { title: "t", x_log: true, y_log: true, ..Axes::default() };
         let points = vec![(0.0, 1.0), (1.0, 3.0), (10.0, 5.0)];
-        let svg = chart(&axes, &[Series { name: "a", ink: Ink::Four, shape: Shape::Dots, runs: vec![points] }]);
+        let svg = chart(&axes, &[Series { name: "a", ink: Ink::Four, shape: SeriesShape::Dots, runs: vec![points] }]);
         assert!(!svg.contains("\"#") && svg.contains("var(--s4)"), "{svg}");
         assert_eq!(svg.matches("<circle").count(), 2);
         assert!(chart(&axes, &[]).contains("nothing was measured"));

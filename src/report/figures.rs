@@ -6,8 +6,8 @@ use glam::DVec3;
 pub use super::measurable::{Figure, NotMeasurable};
 use crate::num::{f64_from_usize, i64_half_even};
 use crate::pose::TimedPose;
-use crate::report::align::{Scale, Similarity, mean, umeyama};
-use crate::report::associate::{ASSOCIATION_S, Pair, associate};
+use crate::report::align::{AlignmentScale, Similarity, mean, umeyama};
+use crate::report::associate::{ASSOCIATION_S, PosePair, associate};
 
 /// Errors after one way of alignment.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,7 +88,7 @@ pub fn trajectory_figures(truth: &[TimedPose], estimate: &[TimedPose]) -> Result
         umeyama(&truths_m(&pairs), &estimates_m(&pairs), scale)
             .map(|alignment| aligned_figures(&pairs, alignment, delta, step_s))
     };
-    let se3 = aligned(Scale::Kept);
+    let se3 = aligned(AlignmentScale::Kept);
     let errors = se3.as_ref().map(|figures| pose_errors(&pairs, &figures.alignment)).unwrap_or_default();
     let span_s = |first: f64, last: f64| last - first;
     let truth_span_s = span_s(truth[0].t_s, truth[truth.len() - 1].t_s);
@@ -98,7 +98,7 @@ pub fn trajectory_figures(truth: &[TimedPose], estimate: &[TimedPose]) -> Result
         rate_hz,
         covered: if truth_span_s > 0.0 { pairs_span_s / truth_span_s } else { 0.0 },
         path_m: path_m(truth),
-        sim3: aligned(Scale::Estimated),
+        sim3: aligned(AlignmentScale::Estimated),
         unaligned: aligned_figures(&pairs, Similarity::IDENTITY, delta, step_s),
         still: still_figures(&pairs, step_s),
         se3,
@@ -135,15 +135,15 @@ pub fn median(values: &[f64]) -> Option<f64> {
     Some(if sorted.len() % 2 == 1 { upper } else { 0.5 * (sorted[sorted.len() / 2 - 1] + upper) })
 }
 
-fn truths_m(pairs: &[Pair]) -> Vec<DVec3> {
+fn truths_m(pairs: &[PosePair]) -> Vec<DVec3> {
     pairs.iter().map(|pair| pair.truth.world_from_body.translation_m).collect()
 }
 
-fn estimates_m(pairs: &[Pair]) -> Vec<DVec3> {
+fn estimates_m(pairs: &[PosePair]) -> Vec<DVec3> {
     pairs.iter().map(|pair| pair.estimate.world_from_body.translation_m).collect()
 }
 
-fn steps(pairs: &[Pair]) -> impl Iterator<Item = f64> + '_ {
+fn steps(pairs: &[PosePair]) -> impl Iterator<Item = f64> + '_ {
     pairs.windows(2).map(|two| two[1].estimate.t_s - two[0].estimate.t_s)
 }
 
@@ -153,7 +153,7 @@ fn path_m(poses: &[TimedPose]) -> f64 {
     poses.windows(2).map(step_m).fold(0.0, |sum, step| sum + step)
 }
 
-fn aligned_figures(pairs: &[Pair], alignment: Similarity, delta: usize, step_s: f64) -> AlignedFigures {
+fn aligned_figures(pairs: &[PosePair], alignment: Similarity, delta: usize, step_s: f64) -> AlignedFigures {
     let errors = pose_errors(pairs, &alignment);
     let error_m: Vec<_> = errors.iter().map(|error| error.estimate_m - error.truth_m).collect();
     AlignedFigures {
@@ -165,8 +165,8 @@ fn aligned_figures(pairs: &[Pair], alignment: Similarity, delta: usize, step_s: 
     }
 }
 
-fn pose_errors(pairs: &[Pair], alignment: &Similarity) -> Vec<PoseError> {
-    let of_pair = |pair: &Pair| {
+fn pose_errors(pairs: &[PosePair], alignment: &Similarity) -> Vec<PoseError> {
+    let of_pair = |pair: &PosePair| {
         let truth_m = pair.truth.world_from_body.translation_m;
         let estimate_m = alignment.point(pair.estimate.world_from_body.translation_m);
         PoseError { t_s: pair.estimate.t_s, truth_m, estimate_m, error_m: (estimate_m - truth_m).length() }
@@ -176,14 +176,14 @@ fn pose_errors(pairs: &[Pair], alignment: &Similarity) -> Vec<PoseError> {
 
 /// RMS over i of `|trans((Q_i^-1 Q_j)^-1 (P_i^-1 P_j))|`, j = i + delta. The outer rotation keeps lengths, so the
 /// translation is the difference of the two motions, each seen from its own body at i.
-fn relative_m(pairs: &[Pair], scale: f64, delta: usize) -> Figure {
+fn relative_m(pairs: &[PosePair], scale: f64, delta: usize) -> Figure {
     let last = pairs.len().checked_sub(delta).filter(|&last| last > 0);
     let last = last.ok_or(NotMeasurable::TooShort { poses: pairs.len(), delta })?;
     let motion_m = |from: &TimedPose, to: &TimedPose, scale: f64| {
         let step_m = (to.world_from_body.translation_m - from.world_from_body.translation_m) * scale;
         from.world_from_body.rotation.conjugate() * step_m
     };
-    let error_m = |(from, to): (&Pair, &Pair)| {
+    let error_m = |(from, to): (&PosePair, &PosePair)| {
         (motion_m(&from.estimate, &to.estimate, scale) - motion_m(&from.truth, &to.truth, 1.0)).length()
     };
     Ok(rms(pairs[..last].iter().zip(&pairs[delta..]).map(error_m)))
@@ -191,7 +191,7 @@ fn relative_m(pairs: &[Pair], scale: f64, delta: usize) -> Figure {
 
 /// `sqrt(mean |e[i+1] - 2 e[i] + e[i-1]|^2 / 18)` over triples without a dropped frame: both steps within half of the
 /// median.
-fn second_difference_m(pairs: &[Pair], error_m: &[DVec3], step_s: f64) -> Figure {
+fn second_difference_m(pairs: &[PosePair], error_m: &[DVec3], step_s: f64) -> Figure {
     let even: Vec<_> = steps(pairs).map(|step| (step - step_s).abs() < 0.5 * step_s).collect();
     let mut squares = Vec::new();
     for (e, even) in error_m.windows(3).zip(even.windows(2)) {
@@ -206,7 +206,7 @@ fn second_difference_m(pairs: &[Pair], error_m: &[DVec3], step_s: f64) -> Figure
     Ok(rms(squares.into_iter()) / 18.0_f64.sqrt())
 }
 
-fn still_figures(pairs: &[Pair], step_s: f64) -> StillFigures {
+fn still_figures(pairs: &[PosePair], step_s: f64) -> StillFigures {
     let (truth_m, estimate_m) = (truths_m(pairs), estimates_m(pairs));
     let shift_m = mean(&truth_m) - mean(&estimate_m);
     let error_m: Vec<_> =

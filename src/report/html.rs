@@ -29,11 +29,11 @@ mod waterfall;
 
 use crate::report::ladder_record::LadderRecord;
 use crate::report::record::Report;
-pub use parts::{Mark, Picture, Pictures};
+pub use parts::{FramePicture, FramePictures, Mark};
 use text::escaped;
 
 /// The whole page.
-pub fn html(report: &Report, pictures: &Pictures) -> String {
+pub fn html(report: &Report, pictures: &FramePictures) -> String {
     let title = format!("{} \u{b7} sensel report", escaped(&report.scenario.name));
     let body = [
         header::header(report),

@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 
 use crate::num::{f64_from_usize, i64_half_even};
 use crate::pose::{Pose, TimedPose};
-use crate::report::align::{Scale, Similarity, umeyama};
+use crate::report::align::{AlignmentScale, Similarity, umeyama};
 use crate::report::figures::bring_to_metres;
 
 /// Time stamps of files have nanoseconds.
@@ -46,7 +46,7 @@ pub fn pose_series(truth: &[TimedPose], estimate: &[TimedPose], cameras: u32, fp
     let frames: Vec<(Pose, Option<Pose>)> = truth.iter().map(|pose| (pose.world_from_body, of_frame(pose))).collect();
     let (true_m, found_m): (Vec<DVec3>, Vec<DVec3>) =
         frames.iter().filter_map(|(true_pose, found)| Some((true_pose.translation_m, (*found)?.translation_m))).unzip();
-    let alignment = umeyama(&true_m, &found_m, Scale::Kept).unwrap_or_else(|_| shift(&true_m, &found_m));
+    let alignment = umeyama(&true_m, &found_m, AlignmentScale::Kept).unwrap_or_else(|_| shift(&true_m, &found_m));
     let second = usize::try_from(i64_half_even(fps)).unwrap_or(1).max(1);
     let error_m: Vec<Option<DVec3>> = frames
         .iter()

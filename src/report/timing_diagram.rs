@@ -8,7 +8,7 @@ mod spans;
 use std::fmt::Write as _;
 
 use spans::TEXT;
-pub use spans::{Band, BandKind, Budget, TimingDiagram};
+pub use spans::{BandKind, LineBudget, RowBand, TimingDiagram};
 
 impl TimingDiagram {
     /// The budgets and spans as a table for a terminal.
@@ -16,7 +16,7 @@ impl TimingDiagram {
         let mut text = String::from("line budget                 time       needs   slack\n");
         for budget in &self.budgets {
             let limits = if budget.limits { "  decides" } else { "" };
-            let Budget { name, time_us, needed_hts, slack_us, .. } = budget;
+            let LineBudget { name, time_us, needed_hts, slack_us, .. } = budget;
             writeln!(text, "  {name:<16} {time_us:12.3} us  HTS {needed_hts:<6} {slack_us:.3} us{limits}").expect(TEXT);
         }
         for (title, phases) in [("within a line", &self.timing.line), ("within a frame", &self.timing.frame)] {

@@ -2,7 +2,7 @@
 
 use super::sensor::SensorSetup;
 use super::warnings::Warnings;
-use crate::compute::{AlwaysReady, Counts, Extracted, Extractor, RowByRow};
+use crate::compute::{AlwaysReady, Extracted, Extractor, ExtractorCounts, RowByRow};
 use crate::error::Error;
 use crate::events::Events;
 use crate::link::Flow;
@@ -16,7 +16,7 @@ use crate::report::record::{ExtractorClocks, FeatureFigures};
 pub(super) struct ExtractorTotals {
     /// Frames of a camera that went through.
     pub frames: u64,
-    pub counts: Counts,
+    pub counts: ExtractorCounts,
     /// Clocks from the first row's first pixel to a frame's first feature, at most. Rows follow the readout's.
     pub first_clk: Option<u64>,
     /// The same to a frame's last feature.

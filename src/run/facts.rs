@@ -29,7 +29,7 @@ const LENS_PLACES: u32 = 17;
 const LENS_SLACK: f64 = 0.02;
 
 /// What the facts are made from.
-pub(super) struct Known<'a> {
+pub(super) struct FactInputs<'a> {
     pub sensor: &'a SensorSetup,
     pub world: &'a World,
     pub motion: &'a Motion,
@@ -51,13 +51,13 @@ struct ObjectFacts {
 
 /// The same with its light.
 struct Lit<'a> {
-    known: &'a Known<'a>,
+    known: &'a FactInputs<'a>,
     light: LightBounds,
     /// Shortest and longest exposure.
     exposures_s: [f64; 2],
 }
 
-impl Known<'_> {
+impl FactInputs<'_> {
     /// All facts, from bounds of the light over the shortest and the longest exposure. Fails on a motion that ends before the run.
     pub fn facts(&self, light: LightBounds, exposures_s: [f64; 2]) -> Result<ScenarioFacts, Error> {
         Lit { known: self, light, exposures_s }.facts()
@@ -65,7 +65,7 @@ impl Known<'_> {
 }
 
 impl<'a> std::ops::Deref for Lit<'a> {
-    type Target = Known<'a>;
+    type Target = FactInputs<'a>;
 
     fn deref(&self) -> &Self::Target {
         self.known

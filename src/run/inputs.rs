@@ -10,12 +10,12 @@ use crate::error::Error;
 use crate::scene::PictureBytes;
 
 /// Remembers the hash of each file that is read.
-struct Recorder<'a> {
+struct InputRecorder<'a> {
     assets: &'a dyn Assets,
     read: Mutex<BTreeMap<String, blake3::Hash>>,
 }
 
-impl Assets for Recorder<'_> {
+impl Assets for InputRecorder<'_> {
     fn read(&self, name: &str) -> Result<Vec<u8>, Error> {
         let bytes = self.assets.read(name)?;
         let mut read = self.read.lock().expect("no thread panics while it holds a hash");
@@ -35,7 +35,7 @@ impl Assets for Recorder<'_> {
 /// Hash of the names and contents of all files that a scenario names, directly or through its scene. Fails on a file that is missing or
 /// not what it should be.
 pub fn inputs_hash(resolved: &Resolved, assets: &dyn Assets) -> Result<String, Error> {
-    let recorder = Recorder { assets, read: Mutex::new(BTreeMap::new()) };
+    let recorder = InputRecorder { assets, read: Mutex::new(BTreeMap::new()) };
     let scenario = &resolved.scenario;
     let located = |error: Error| resolved.tree.locate(error);
     resolved.clone().read_technology(&|name| recorder.read(name))?;

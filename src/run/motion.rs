@@ -40,7 +40,7 @@ const PLACE_M_MAX: f64 = 1e6;
 const SPEEDS_MAX: [f64; 2] = [1e6, 1e6];
 
 /// A motion, and what a person should know of it.
-pub struct Placed {
+pub struct NotedMotion {
     /// Over the whole run.
     pub motion: Motion,
     /// What was put right or bridged.
@@ -49,12 +49,12 @@ pub struct Placed {
 
 /// The scenario's motion over the whole `run`. Fails on a file that is no trajectory, a run that leaves its time range, values out of
 /// range.
-pub fn placed_motion(scenario: &Scenario, run: Span, assets: &dyn Assets) -> Result<Placed, Error> {
+pub fn placed_motion(scenario: &Scenario, run: Span, assets: &dyn Assets) -> Result<NotedMotion, Error> {
     placed(&scenario.motion, scenario.run.frames, run, assets)
 }
 
 /// The motion of a section's keys over the whole `run` of so many frames.
-pub fn placed(section: &MotionKeys, frames: u32, run: Span, assets: &dyn Assets) -> Result<Placed, Error> {
+pub fn placed(section: &MotionKeys, frames: u32, run: Span, assets: &dyn Assets) -> Result<NotedMotion, Error> {
     let turn = unit_quaternion("motion.world_from_motion", section.world_from_motion)?;
     let offset_m = DVec3::from_array(section.offset_m);
     if !is_in_reach(offset_m) {
@@ -65,7 +65,7 @@ pub fn placed(section: &MotionKeys, frames: u32, run: Span, assets: &dyn Assets)
     let scale = section.factor()?;
     let asked = Span { start_s: start_s + run.start_s, end_s: start_s + run.end_s };
     let Some((spline, notes)) = spline(section, frames, asked, assets)? else {
-        return Ok(Placed { motion: Motion::Still(Pose::new(turn, offset_m)), notes: Vec::new() });
+        return Ok(NotedMotion { motion: Motion::Still(Pose::new(turn, offset_m)), notes: Vec::new() });
     };
     let at_start = |error: MotionError| error.at_key("motion.start_s", start_s);
     let motion = Motion::Spline(PlacedSpline::new(spline, start_s, scale, offset_m, turn).map_err(at_start)?);
@@ -74,7 +74,7 @@ pub fn placed(section: &MotionKeys, frames: u32, run: Span, assets: &dyn Assets)
         Error::key("motion.start_s", start_s, reason)
     })?;
     check_reach(section, &motion, run)?;
-    Ok(Placed { motion, notes })
+    Ok(NotedMotion { motion, notes })
 }
 
 fn is_in_reach(place_m: DVec3) -> bool {

@@ -9,7 +9,7 @@ use glam::DVec2;
 
 use super::assets::{Assets, NoFiles, NoProgress, Progress};
 use super::exposure::ExposureControl;
-use super::facts::Known;
+use super::facts::FactInputs;
 use super::imu_check::check_readings;
 use super::motion::placed_motion;
 use super::photon_store::PhotonStore;
@@ -20,7 +20,7 @@ use super::world::{Demand, World};
 use crate::config::check::within;
 use crate::config::{Resolved, Scenario};
 use crate::effects::chain::Chain;
-use crate::effects::plan::{self, Choice, Plan};
+use crate::effects::plan::{self, EffectChoice, Plan};
 use crate::effects::regions::LightBounds;
 use crate::effects::{self, Parameters, regions};
 use crate::error::Error;
@@ -155,7 +155,7 @@ impl Setup {
         };
 
         let (run, dies) = (span_of(frames), dies(&sensor, scenario, windows.len()));
-        let known = Known { sensor: &sensor, world: &world, motion: &motion, windows: &windows, run, dies };
+        let known = FactInputs { sensor: &sensor, world: &world, motion: &motion, windows: &windows, run, dies };
         let Planned { facts, plan: summary, chosen } = planned(&known, fidelity, &choice)?;
         let mut setup = Self {
             resolved,
@@ -194,7 +194,7 @@ impl Setup {
         let (sensor, world, motion, windows) = (&self.sensor, &self.world, &self.motion, &self.windows[..]);
         let choice = self.resolved.scenario.effects(&effects::names())?;
         let dies = dies(sensor, &self.resolved.scenario, windows.len());
-        let planned = planned(&Known { sensor, world, motion, windows, run, dies }, self.fidelity, &choice)?;
+        let planned = planned(&FactInputs { sensor, world, motion, windows, run, dies }, self.fidelity, &choice)?;
         Ok((planned.facts, planned.plan))
     }
 
@@ -292,7 +292,7 @@ struct Planned {
 }
 
 /// Decides from what is known; renders nothing.
-fn planned(known: &Known<'_>, fidelity: Fidelity, choice: &Choice) -> Result<Planned, Error> {
+fn planned(known: &FactInputs<'_>, fidelity: Fidelity, choice: &EffectChoice) -> Result<Planned, Error> {
     let sensor = known.sensor;
     let exposures_s = exposure_bounds_s(&sensor.schedule);
     let exact = known.world.photon_bounds(known.windows, exposures_s);

@@ -11,7 +11,7 @@ use crate::link::{Flow, HEADER_BYTES};
 use crate::num::{f64_from_u64, f64_from_usize, greater, index, u64_from};
 use crate::readout::{ClockSpan, Pulses, Schedule};
 use crate::report::record::{Phase, Timing};
-use crate::report::timing_diagram::{Band, BandKind, Budget, TimingDiagram};
+use crate::report::timing_diagram::{BandKind, LineBudget, RowBand, TimingDiagram};
 use crate::units::{Clocks, FrameIndex, RowIndex};
 
 /// Share of the time from row to row in which a row's packet holds the link; 0 where rows are not sent. Fails on a row that its link
@@ -51,7 +51,7 @@ pub fn timing_diagram(sensor: &SensorSetup, features: u64, name: &str) -> Result
     let limit = schedule.line_limit().kind;
     let spare_clk = |needed_clk: u64| schedule.line_clk().0.saturating_sub(needed_clk);
     let clock_us = 1e6 * schedule.line_time_s() / f64_from_u64(schedule.line_clk().0);
-    let budgets = schedule.line_demands().iter().filter(|demand| demand.needed_clk > 0).map(|demand| Budget {
+    let budgets = schedule.line_demands().iter().filter(|demand| demand.needed_clk > 0).map(|demand| LineBudget {
         name: demand.kind.name().to_owned(),
         time_us: 1e6 * demand.time_s,
         needed_hts: demand.needed_clk,
@@ -256,7 +256,7 @@ fn frame_lanes(sensor: &SensorSetup, features: u64) -> Result<Vec<Phase>, Error>
 }
 
 /// Exposures and readouts of three frames in time over rows, from the start of the second.
-fn bands(schedule: &Schedule) -> Vec<Band> {
+fn bands(schedule: &Schedule) -> Vec<RowBand> {
     let zero_s = second_frame_s(schedule);
     let mut bands = Vec::new();
     for frame in 0..3 {
@@ -273,7 +273,7 @@ fn bands(schedule: &Schedule) -> Vec<Band> {
             for kind in [BandKind::Exposure { slot }, BandKind::Readout] {
                 let is_readout = kind == BandKind::Readout;
                 let (first_us, last_us) = (of(RowIndex(0), is_readout), of(schedule.last_row(), is_readout));
-                bands.push(Band { kind, frame: frame.0, first_us, last_us });
+                bands.push(RowBand { kind, frame: frame.0, first_us, last_us });
             }
         }
     }

@@ -29,7 +29,7 @@ pub const SUN_RADIUS: f64 = 0.265 * std::f64::consts::PI / 180.0;
 
 /// Points of a picture, the top row first.
 #[derive(Clone, Debug, PartialEq)]
-struct Map {
+struct PointMap {
     width: u32,
     height: u32,
     texels: Vec<Bands>,
@@ -56,8 +56,8 @@ pub struct DistantLight {
 /// Radiance by direction, in the scene's own units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Environment {
-    map: Map,
-    soft: Map,
+    map: PointMap,
+    soft: PointMap,
     /// Power of what is aimed at: sums over whole rows, then within each row.
     row_sums: Vec<f64>,
     within_rows: Vec<f64>,
@@ -86,12 +86,12 @@ impl Environment {
         if !texels.iter().any(|texel| luminance(texel.map(f64::from)) > 0.0) {
             return Err(refuse("it is black; use a picture with light".to_owned()));
         }
-        Ok(Self::of(Map { width, height, texels }, None, yaw_deg))
+        Ok(Self::of(PointMap { width, height, texels }, None, yaw_deg))
     }
 
     /// A sky by code.
     pub(super) fn from_sky(size: [u32; 2], texels: Vec<Bands>, sun: Option<Sun>) -> Self {
-        Self::of(Map { width: size[0], height: size[1], texels }, sun, 0.0)
+        Self::of(PointMap { width: size[0], height: size[1], texels }, sun, 0.0)
     }
 
     /// Reads an OpenEXR picture with channels R, G and B, or Y.
@@ -111,7 +111,7 @@ impl Environment {
         Self::from_texels(name, red.size().width_px, &texels, yaw_deg)
     }
 
-    fn of(map: Map, sun: Option<Sun>, yaw_deg: f64) -> Self {
+    fn of(map: PointMap, sun: Option<Sun>, yaw_deg: f64) -> Self {
         let mean = map.mean_luminance();
         let aimed_over = AIMED_OVER_MEAN * mean;
         let soft = map.softened(aimed_over);
@@ -297,7 +297,7 @@ impl Sun {
     }
 }
 
-impl Map {
+impl PointMap {
     /// Solid angle of a texel of a row.
     fn solid_angle(&self, row: usize) -> f64 {
         let edge = |row: usize| libm::cos(std::f64::consts::PI * f64_from_usize(row) / f64::from(self.height));
@@ -375,7 +375,7 @@ pub(super) fn texels_of([width, height]: [u32; 2], radiance: impl Fn([f64; 3]) -
             texels.push(radiance([sin * sin_azimuth, cos, -sin * cos_azimuth]));
         }
     }
-    debug_assert!(u32_from(texels.len()) == width * height);
+    assert!(u32_from(texels.len()) == width * height);
     texels
 }
 

@@ -16,7 +16,7 @@ use super::texture::Texture;
 use super::vectors::unit;
 use crate::num::f32_from_i32;
 use plan::{
-    BAY_M, BAYS, COLUMN_M, CORNICE_M, HALF_LENGTH_M, HALF_WALL_M, OUTER_M, SAGITTA_M, SPRING_M, STRING_M, Stuff,
+    BAY_M, BAYS, COLUMN_M, CORNICE_M, HALF_LENGTH_M, HALF_WALL_M, HallMaterials, OUTER_M, SAGITTA_M, SPRING_M, STRING_M,
 };
 
 /// HallPictures that the hall is covered with.
@@ -63,7 +63,7 @@ pub fn hall(pictures: HallPictures) -> Mesh {
     builder.mesh
 }
 
-fn stuff(builder: &mut Builder, pictures: HallPictures) -> Stuff {
+fn stuff(builder: &mut Builder, pictures: HallPictures) -> HallMaterials {
     let ashlar = Masonry {
         number: 21,
         courses: 8,
@@ -78,7 +78,7 @@ fn stuff(builder: &mut Builder, pictures: HallPictures) -> Stuff {
     let light = builder.surface("light slabs", [0.85, 0.83, 0.80], Some(marble.clone()), 1.7);
     let dark = builder.surface("dark slabs", [0.20, 0.23, 0.22], Some(marble.clone()), 1.7);
     let [first, second] = pictures.cloth;
-    Stuff {
+    HallMaterials {
         stone: builder.surface("ashlar", [0.9; 3], Some(masonry(&ashlar)), 4.0),
         plaster: builder.surface("plaster", [0.9; 3], Some(ground(22, [214, 206, 190], 7, 34)), 3.0),
         moulding: builder.surface("mouldings", [0.9; 3], Some(ground(23, [196, 186, 166], 9, 30)), 1.5),
@@ -97,7 +97,7 @@ fn stuff(builder: &mut Builder, pictures: HallPictures) -> Stuff {
 }
 
 /// A checker of slabs in the nave, marble under the columns, tiles in the aisles.
-fn floor(builder: &mut Builder, stuff: &Stuff) {
+fn floor(builder: &mut Builder, stuff: &HallMaterials) {
     let slab_m = 0.8;
     for row in 0..75 {
         for column in 0..16 {
@@ -119,7 +119,7 @@ fn level(builder: &mut Builder, surface: Surface, [x0, x1]: [f32; 2], [z0, z1]: 
 }
 
 /// The wall on the columns: arches, clerestory, mouldings.
-fn arcade(builder: &mut Builder, stuff: &Stuff, side: f32) {
+fn arcade(builder: &mut Builder, stuff: &HallMaterials, side: f32) {
     let wall = |x_m: f32, out: f32| Wall { origin_m: [x_m, 0.0, 0.0], along: [0.0, 0.0, 1.0], out: [out, 0.0, 0.0] };
     let nave = wall(side * (COLUMN_M - HALF_WALL_M), -side);
     let aisle = wall(side * (COLUMN_M + HALF_WALL_M), side);
@@ -152,7 +152,7 @@ fn arcade(builder: &mut Builder, stuff: &Stuff, side: f32) {
 }
 
 /// Glass, and the lead that holds it.
-fn window(builder: &mut Builder, stuff: &Stuff, wall: &Wall, opening: &Opening, depth_m: f32) {
+fn window(builder: &mut Builder, stuff: &HallMaterials, wall: &Wall, opening: &Opening, depth_m: f32) {
     let [low, high] = [opening.middle_m - opening.half_m, opening.middle_m + opening.half_m];
     let heights = [opening.sill_m, opening.top_m()];
     builder.face(stuff.pane, wall, [low, high], heights, depth_m);
@@ -170,7 +170,7 @@ fn window(builder: &mut Builder, stuff: &Stuff, wall: &Wall, opening: &Opening, 
 }
 
 /// The outer wall of an aisle: windows, pilasters, a plinth.
-fn outer_wall(builder: &mut Builder, stuff: &Stuff, side: f32) {
+fn outer_wall(builder: &mut Builder, stuff: &HallMaterials, side: f32) {
     let wall = Wall { origin_m: [side * OUTER_M, 0.0, 0.0], along: [0.0, 0.0, 1.0], out: [-side, 0.0, 0.0] };
     for bay in 0..BAYS {
         let z_m = BAY_M * f32_from_i32(bay) - HALF_LENGTH_M;
@@ -196,7 +196,7 @@ fn outer_wall(builder: &mut Builder, stuff: &Stuff, side: f32) {
 }
 
 /// The coffered vault over a bay of the nave: a part of a cylinder.
-fn nave_vault(builder: &mut Builder, stuff: &Stuff, z_m: f32) {
+fn nave_vault(builder: &mut Builder, stuff: &HallMaterials, z_m: f32) {
     builder.patch(stuff.coffers, [28, 4], &|across, along| nave_point(across, z_m + BAY_M * along, 0.0, 4.0));
 }
 
@@ -217,7 +217,7 @@ fn nave_point(across: f32, z_m: f32, below_m: f32, tile_m: f32) -> Vertex {
 }
 
 /// A rib across the nave's vault.
-fn rib(builder: &mut Builder, stuff: &Stuff, z_m: f32) {
+fn rib(builder: &mut Builder, stuff: &HallMaterials, z_m: f32) {
     let (half_m, drop_m) = (0.35, 0.22);
     builder.patch(stuff.moulding, [28, 1], &|across, along| {
         nave_point(across, z_m + half_m * (2.0 * along - 1.0), drop_m, 1.5)
@@ -231,7 +231,7 @@ fn rib(builder: &mut Builder, stuff: &Stuff, z_m: f32) {
 }
 
 /// The groin vault over a bay of an aisle: two crossing barrels, in four sectors that meet in sharp groins.
-fn groin_vault(builder: &mut Builder, stuff: &Stuff, side: f32, z_m: f32) {
+fn groin_vault(builder: &mut Builder, stuff: &HallMaterials, side: f32, z_m: f32) {
     let (springing_m, rise_m) = (4.9, 2.1);
     let near_m = COLUMN_M + HALF_WALL_M;
     let middle_m = [side * 0.5 * (near_m + OUTER_M), z_m + 0.5 * BAY_M];
@@ -254,7 +254,7 @@ fn groin_vault(builder: &mut Builder, stuff: &Stuff, side: f32, z_m: f32) {
 }
 
 /// An arch across an aisle, from a column to the outer wall.
-fn transverse_arch(builder: &mut Builder, stuff: &Stuff, side: f32, z_m: f32) {
+fn transverse_arch(builder: &mut Builder, stuff: &HallMaterials, side: f32, z_m: f32) {
     let near_m = COLUMN_M + HALF_WALL_M;
     let middle_m = 0.5 * (near_m + OUTER_M);
     let arch = Opening { middle_m, half_m: 3.4, sill_m: SPRING_M, spring_m: SPRING_M, rise_m: 2.25 };
@@ -266,7 +266,7 @@ fn transverse_arch(builder: &mut Builder, stuff: &Stuff, side: f32, z_m: f32) {
 }
 
 /// A column: plinth, Attic base, shaft with entasis, bell capital, abacus.
-fn column(builder: &mut Builder, stuff: &Stuff, [x, _, z]: [f32; 3]) {
+fn column(builder: &mut Builder, stuff: &HallMaterials, [x, _, z]: [f32; 3]) {
     builder.block(stuff.moulding, [x - 0.66, 0.0, z - 0.66], [x + 0.66, 0.25, z + 0.66]);
     let base = [
         [0.60, 0.25],
@@ -310,7 +310,7 @@ fn column(builder: &mut Builder, stuff: &Stuff, [x, _, z]: [f32; 3]) {
 }
 
 /// An end of the hall: a portal and a great window in the nave, a window in each aisle.
-fn end_wall(builder: &mut Builder, stuff: &Stuff, end: f32) {
+fn end_wall(builder: &mut Builder, stuff: &HallMaterials, end: f32) {
     let wall = Wall { origin_m: [0.0, 0.0, end * HALF_LENGTH_M], along: [1.0, 0.0, 0.0], out: [0.0, 0.0, -end] };
     let nave = [-COLUMN_M, COLUMN_M];
     let portal = Opening { middle_m: 0.0, half_m: 1.7, sill_m: 0.0, spring_m: 3.3, rise_m: 1.7 };

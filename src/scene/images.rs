@@ -14,7 +14,7 @@ pub mod list;
 use std::sync::{Arc, Mutex, PoisonError};
 
 pub use blend::Blend;
-pub use decode::{Picture, Transfer};
+pub use decode::{Picture, TransferCurve};
 
 pub use super::source::PictureBytes;
 
@@ -57,7 +57,7 @@ pub struct StreamParams {
     /// What the pictures were made with.
     pub camera: PictureCamera,
     /// How their codes become light; none: by the kind of file.
-    pub transfer: Option<Transfer>,
+    pub transfer: Option<TransferCurve>,
     /// What counts between their times.
     pub blend: Blend,
     /// Spectrum of white.

@@ -7,7 +7,7 @@ use super::geometry::Scene;
 use super::light::BANDS;
 use super::lit::{ExitanceBounds, LitScene, ObjectLight};
 use super::motion::{Motion, MotionError};
-use super::views::Extent;
+use super::views::SceneBox;
 use crate::num::{greater, index, lesser, u32_truncated};
 use crate::pose::Pose;
 use crate::units::Span;
@@ -157,7 +157,7 @@ impl MovingObject {
         run: Span,
     ) -> Result<Self, MotionError> {
         motion.motion.covers(run)?;
-        let extent = Extent::of(&shape);
+        let extent = SceneBox::of(&shape);
         let ball_m = (0.5 * (extent.least_m + extent.greatest_m), 0.5 * extent.size_m().length());
         let balls_m = covering_balls_m(&extent);
         let light = ObjectLight::of(shape, fixed, (&|t_s| motion.world_from_object(t_s), motion.is_still()), run);
@@ -210,7 +210,7 @@ impl MovingObject {
 }
 
 /// Balls around parts of a box along its longest edge.
-fn covering_balls_m(extent: &Extent) -> Vec<(DVec3, f64)> {
+fn covering_balls_m(extent: &SceneBox) -> Vec<(DVec3, f64)> {
     let size_m = extent.size_m();
     let axis = (0..3).fold(0, |longest, axis| if size_m[axis] > size_m[longest] { axis } else { longest });
     let across_m = (0..3).filter(|&other| other != axis).fold(0.0, |most, other| greater(most, size_m[other]));

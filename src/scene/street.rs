@@ -13,7 +13,7 @@ use super::mesh::Mesh;
 use super::pattern::{Masonry, ground, leaves, masonry, roof, stripes};
 use super::texture::Texture;
 use crate::num::f32_from_u32;
-use plan::{END_M, FRONT_M, HALF_LENGTH_M, KERB_M, PAVEMENT_M, SIDE_M, Stuff};
+use plan::{END_M, FRONT_M, HALF_LENGTH_M, KERB_M, PAVEMENT_M, SIDE_M, StreetMaterials};
 
 /// Makes the street.
 pub fn street(wood: Texture) -> Mesh {
@@ -24,7 +24,7 @@ pub fn street(wood: Texture) -> Mesh {
     builder.mesh
 }
 
-fn stuff(builder: &mut Builder, wood: Texture) -> Stuff {
+fn stuff(builder: &mut Builder, wood: Texture) -> StreetMaterials {
     let plaster = builder.surface("plaster", [0.85, 0.80, 0.66], Some(ground(31, [222, 218, 208], 9, 46)), 4.0);
     let brick = masonry(&Masonry {
         number: 32,
@@ -57,7 +57,7 @@ fn stuff(builder: &mut Builder, wood: Texture) -> Stuff {
         .map(|cloth| builder.two_sided(cloth));
     let glass = builder.surface("glass", [0.035, 0.042, 0.05], None, 1.0);
     let iron = builder.surface("iron", [0.05, 0.055, 0.06], None, 1.0);
-    Stuff {
+    StreetMaterials {
         trim: builder.surface("trim", [0.80, 0.77, 0.70], Some(ground(34, [226, 220, 208], 10, 30)), 2.0),
         plinth: builder.surface("plinth", [0.55, 0.53, 0.50], Some(ground(35, [205, 202, 196], 26, 50)), 2.0),
         glass: builder.polished(glass, 0.05),
@@ -83,7 +83,7 @@ fn stuff(builder: &mut Builder, wood: Texture) -> Stuff {
 }
 
 /// Ground and houses.
-fn surroundings(builder: &mut Builder, stuff: &Stuff) {
+fn surroundings(builder: &mut Builder, stuff: &StreetMaterials) {
     level(builder, stuff.asphalt, [-KERB_M, KERB_M], [-END_M, END_M], 0.0);
     for side in [-1.0_f32, 1.0] {
         let strip = |a: f32, b: f32| if side < 0.0 { [-b, -a] } else { [a, b] };
@@ -112,7 +112,7 @@ fn surroundings(builder: &mut Builder, stuff: &Stuff) {
 }
 
 /// A pavement with its kerb stones.
-fn pavement(builder: &mut Builder, stuff: &Stuff, [x0, x1]: [f32; 2]) {
+fn pavement(builder: &mut Builder, stuff: &StreetMaterials, [x0, x1]: [f32; 2]) {
     let kerb_m = 0.16;
     let (kerb, flags) =
         if x0 < 0.0 { ([x1 - kerb_m, x1], [x0, x1 - kerb_m]) } else { ([x0, x0 + kerb_m], [x0 + kerb_m, x1]) };
@@ -127,7 +127,7 @@ fn pavement(builder: &mut Builder, stuff: &Stuff, [x0, x1]: [f32; 2]) {
 }
 
 /// A dashed line along the middle and a crossing.
-fn markings(builder: &mut Builder, stuff: &Stuff) {
+fn markings(builder: &mut Builder, stuff: &StreetMaterials) {
     // Paint lies 4 mm above the asphalt: bodily, so that no two surfaces share a plane.
     for dash in 0..14 {
         let z = f32_from_u32(dash) * 6.0 - 41.0;

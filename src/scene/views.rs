@@ -26,14 +26,14 @@ const NEAR: f64 = 0.01;
 
 /// Box around a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Extent {
+pub struct SceneBox {
     /// Least coordinates in metres.
     pub least_m: DVec3,
     /// Greatest coordinates in metres.
     pub greatest_m: DVec3,
 }
 
-impl Extent {
+impl SceneBox {
     /// Of all triangles.
     pub fn of(scene: &Scene) -> Self {
         let mut extent = Self { least_m: DVec3::INFINITY, greatest_m: DVec3::NEG_INFINITY };
@@ -83,7 +83,7 @@ pub fn looking(yaw_rad: f64, pitch_rad: f64) -> DQuat {
 /// The best views of a scene, the best first: the file's cameras that see something, then those that are found: around a thing, and inside
 /// and around a place. Views that are found stand apart from each other.
 pub fn best(scene: &Scene, count: usize) -> Vec<CameraView> {
-    let extent = Extent::of(scene);
+    let extent = SceneBox::of(scene);
     let named = |view: &Viewpoint| {
         let fov_rad = view.horizontal_fov_rad.unwrap_or(FOV_RAD);
         judged(scene, &extent, &view.name, view.world_from_camera, fov_rad)
@@ -135,7 +135,7 @@ fn encloses(inside: &[CameraView]) -> bool {
 const FLOOR_M: f64 = 3.0;
 
 /// Whether a surface fills the bounds as seen from above, and is wide enough to walk over.
-fn has_floor(scene: &Scene, extent: &Extent) -> bool {
+fn has_floor(scene: &Scene, extent: &SceneBox) -> bool {
     let size_m = extent.size_m();
     if size_m.x.min(size_m.z) < FLOOR_M {
         return false;
@@ -159,7 +159,7 @@ fn has_floor(scene: &Scene, extent: &Extent) -> bool {
 }
 
 /// Level cameras on a grid within the bounds.
-fn inside(extent: &Extent) -> Vec<Pose> {
+fn inside(extent: &SceneBox) -> Vec<Pose> {
     let mut poses = Vec::new();
     for x in 0..INSIDE[0] {
         for y in 0..INSIDE[1] {
@@ -177,7 +177,7 @@ fn inside(extent: &Extent) -> Vec<Pose> {
 }
 
 /// Cameras on circles around the bounds that look at their middle, so far away that the whole is within a picture's height.
-fn around(extent: &Extent) -> Vec<Pose> {
+fn around(extent: &SceneBox) -> Vec<Pose> {
     let middle_m = 0.5 * (extent.least_m + extent.greatest_m);
     let radius_m = 0.5 * extent.size_m().length();
     let distance_m = radius_m / libm::sin(libm::atan(HEIGHT * libm::tan(0.5 * FOV_RAD)));
@@ -218,7 +218,7 @@ pub fn packet_of(world_from_camera: &Pose, bearing: impl Fn(usize) -> DVec3) -> 
 /// What a camera of some angle across sees from a place.
 pub fn judged(
     scene: &Scene,
-    extent: &Extent,
+    extent: &SceneBox,
     name: &str,
     world_from_camera: Pose,
     horizontal_fov_rad: f64,
@@ -288,7 +288,7 @@ mod tests {
     #[test]
     fn a_camera_in_a_room_sees_its_walls_and_one_in_a_solid_sees_their_backs() {
         let scene = box_room::box_room(1);
-        let extent = Extent::of(&scene);
+        let extent = SceneBox::of(&scene);
         let views = best(&scene, 4);
         assert!(views.len() == 4 && views[0].covered > 0.95 && views[0].behind < 0.05, "{views:?}");
         let middle_m = 0.5 * (extent.least_m + extent.greatest_m);
@@ -308,7 +308,7 @@ mod tests {
         assert!(views.len() == 4 && views.iter().all(|view| view.world_from_camera.translation_m.length() > 0.25));
         mesh.append_quad(0, [[-4.0, -0.1, 4.0], [4.0, -0.1, 4.0], [4.0, -0.1, -4.0], [-4.0, -0.1, -4.0]], [1.0, 1.0]);
         let place = Scene::new("yard", mesh, [0.0; 4]).unwrap();
-        assert!(has_floor(&place, &Extent::of(&place)) && !has_floor(&thing, &Extent::of(&thing)));
+        assert!(has_floor(&place, &SceneBox::of(&place)) && !has_floor(&thing, &SceneBox::of(&thing)));
     }
 
     #[test]

@@ -151,7 +151,7 @@ fn unnamed(sweep: &SweepFile, points: &[Point]) -> Vec<Cell> {
             .map_or_else(|| vec![None], |some| some.list().into_iter().map(Some).collect::<Vec<Option<u64>>>())
     };
     let (seeds, dies) = (numbers(&sweep.seeds), numbers(&sweep.dies));
-    let trajectories: Vec<Option<&super::file::Level>> =
+    let trajectories: Vec<Option<&super::file::NamedLevel>> =
         if sweep.trajectory.is_empty() { vec![None] } else { sweep.trajectory.iter().map(Some).collect() };
     let mut cells = Vec::new();
     for (number, point) in points.iter().enumerate() {

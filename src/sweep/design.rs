@@ -20,7 +20,7 @@ const SOBOL_FACTORS_MAX: usize = 256;
 
 /// What one factor is in one point.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Setting {
+pub struct FactorSetting {
     /// As tables show it: the value, or the name of the level.
     pub shown: Value,
     /// Keys of the scenario and their values.
@@ -28,7 +28,7 @@ pub struct Setting {
 }
 
 /// One setting a factor.
-pub type Point = Vec<Setting>;
+pub type Point = Vec<FactorSetting>;
 
 /// Names of the columns that tell points apart.
 pub fn factor_names(sweep: &SweepFile) -> Vec<String> {
@@ -95,7 +95,7 @@ pub fn points(sweep: &SweepFile) -> Result<Vec<Point>, Error> {
 fn grid(factors: &[Factor]) -> Vec<Point> {
     let mut points: Vec<Point> = vec![Vec::new()];
     for factor in factors {
-        let settings: Vec<Setting> = (0..factor.steps_in_grid()).map(|step| factor.step(step)).collect();
+        let settings: Vec<FactorSetting> = (0..factor.steps_in_grid()).map(|step| factor.step(step)).collect();
         let longer = |point: &Point| {
             let own = point.clone();
             settings
@@ -123,8 +123,8 @@ fn latin_hypercube(factors: &[Factor], samples: usize, key: DrawKey) -> Vec<Poin
     (0..samples).map(point).collect()
 }
 
-fn level(name: &str, set: &Table) -> Setting {
-    Setting { shown: Value::String(name.to_owned()), set: assignments(set) }
+fn level(name: &str, set: &Table) -> FactorSetting {
+    FactorSetting { shown: Value::String(name.to_owned()), set: assignments(set) }
 }
 
 /// A table's values by dotted path: nested tables and dotted keys say the same.
@@ -151,7 +151,7 @@ impl Factor {
     }
 
     /// The setting of one step of a grid.
-    fn step(&self, step: usize) -> Setting {
+    fn step(&self, step: usize) -> FactorSetting {
         match &self.values {
             Some(values) => self.of_value(values[step].clone()),
             None if !self.level.is_empty() => level(&self.level[step].name, &self.level[step].set),
@@ -163,7 +163,7 @@ impl Factor {
     }
 
     /// The setting at a share of its range, 0 to below 1: values and levels are equally likely.
-    fn at(&self, share: f64) -> Setting {
+    fn at(&self, share: f64) -> FactorSetting {
         let choice = |count: usize| index(u32_truncated(share * f64_from_usize(count))).min(count - 1);
         match &self.values {
             Some(values) => self.of_value(values[choice(values.len())].clone()),
@@ -172,7 +172,7 @@ impl Factor {
         }
     }
 
-    fn of_share(&self, share: f64) -> Setting {
+    fn of_share(&self, share: f64) -> FactorSetting {
         let (low, high) = (self.low.unwrap_or(0.0), self.high.unwrap_or(1.0));
         let value = if self.spacing == "log" {
             low * libm::exp(share * libm::log(high / low))
@@ -184,8 +184,8 @@ impl Factor {
         self.of_value(if self.whole { Value::Integer(i64_half_even(value)) } else { Value::Float(value) })
     }
 
-    fn of_value(&self, value: Value) -> Setting {
+    fn of_value(&self, value: Value) -> FactorSetting {
         let key = self.key.clone().unwrap_or_default();
-        Setting { shown: value.clone(), set: vec![(key, value)] }
+        FactorSetting { shown: value.clone(), set: vec![(key, value)] }
     }
 }

@@ -36,13 +36,13 @@ pub struct SweepFile {
     pub cameras_alone: bool,
     /// Replicates: trajectories, each a name and its keys.
     #[serde(default)]
-    pub trajectory: Vec<Level>,
+    pub trajectory: Vec<NamedLevel>,
     /// What is varied.
     #[serde(default)]
     pub factor: Vec<Factor>,
     /// Points of a list.
     #[serde(default)]
-    pub cell: Vec<Level>,
+    pub cell: Vec<NamedLevel>,
     /// What the report shows.
     #[serde(default)]
     pub report: ReportWishes,
@@ -134,7 +134,7 @@ pub struct Factor {
     pub whole: bool,
     /// Levels of several keys each.
     #[serde(default)]
-    pub level: Vec<Level>,
+    pub level: Vec<NamedLevel>,
 }
 
 fn linear() -> String {
@@ -144,7 +144,7 @@ fn linear() -> String {
 /// A name for values of several keys.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Level {
+pub struct NamedLevel {
     /// Name in tables and pictures.
     pub name: String,
     /// Keys of the scenario and their values, as in `set = { "sensor.adc.bits" = 8 }`.
@@ -229,7 +229,7 @@ impl SweepFile {
         for (number, factor) in self.factor.iter().enumerate() {
             factor.check(draws, number)?;
         }
-        let names = |levels: &[Level]| levels.iter().map(|level| level.name.clone()).collect::<Vec<_>>();
+        let names = |levels: &[NamedLevel]| levels.iter().map(|level| level.name.clone()).collect::<Vec<_>>();
         let factors: Vec<String> = self.factor.iter().map(|factor| factor.name.clone()).collect();
         for (key, names) in [("factor", factors), ("cell", names(&self.cell)), ("trajectory", names(&self.trajectory))]
         {

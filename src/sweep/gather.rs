@@ -8,7 +8,7 @@ use toml::Value;
 use super::cells::{Cell, Cells, shown};
 use super::parquet;
 use super::record::{CellRecord, unit_of};
-pub use super::table::{Column, Role, Table, Values};
+pub use super::table::{ColumnValues, Role, Table, TableColumn};
 use crate::error::Error;
 use crate::num::f64_from_i64;
 
@@ -17,7 +17,8 @@ impl Table {
     pub fn new(cells: &Cells, records: &BTreeMap<String, CellRecord>, sweep_text: &str) -> Self {
         let rows: Vec<(&Cell, &CellRecord)> =
             cells.cells.iter().filter_map(|cell| Some((cell, records.get(&cell.name)?))).collect();
-        let text = |of: &dyn Fn(&(&Cell, &CellRecord)) -> Option<String>| Values::Text(rows.iter().map(of).collect());
+        let text =
+            |of: &dyn Fn(&(&Cell, &CellRecord)) -> Option<String>| ColumnValues::Text(rows.iter().map(of).collect());
         let mut columns = vec![
             column("cell", Role::Name, text(&|(cell, _)| Some(cell.name.clone()))),
             column("status", Role::Name, text(&|(_, record)| Some(status(record).to_owned()))),
@@ -30,7 +31,9 @@ impl Table {
             columns.push(column("trajectory", Role::Replicate, text(&|(cell, _)| cell.trajectory.clone())));
         }
         let whole = |of: &dyn Fn(&Cell) -> Option<u64>| {
-            Values::Whole(rows.iter().map(|(cell, _)| of(cell).and_then(|number| i64::try_from(number).ok())).collect())
+            ColumnValues::Whole(
+                rows.iter().map(|(cell, _)| of(cell).and_then(|number| i64::try_from(number).ok())).collect(),
+            )
         };
         for (name, of) in [("die", (|cell| cell.die) as fn(&Cell) -> Option<u64>), ("seed", |cell| cell.seed)] {
             if cells.cells.iter().any(|cell| of(cell).is_some()) {
@@ -54,7 +57,7 @@ impl Table {
     }
 
     /// A column by its name.
-    pub fn column(&self, name: &str) -> Option<&Column> {
+    pub fn column(&self, name: &str) -> Option<&TableColumn> {
         self.columns.iter().find(|column| column.name == name)
     }
 
@@ -76,9 +79,9 @@ impl Table {
     }
 }
 
-fn column(name: &str, role: Role, values: Values) -> Column {
-    let unit = if matches!(values, Values::Number(_) | Values::Whole(_)) { unit_of(name) } else { "" };
-    Column { name: name.to_owned(), unit: unit.to_owned(), role, values }
+fn column(name: &str, role: Role, values: ColumnValues) -> TableColumn {
+    let unit = if matches!(values, ColumnValues::Number(_) | ColumnValues::Whole(_)) { unit_of(name) } else { "" };
+    TableColumn { name: name.to_owned(), unit: unit.to_owned(), role, values }
 }
 
 fn status(record: &CellRecord) -> &'static str {
@@ -94,23 +97,23 @@ fn quoted(field: &str) -> String {
 }
 
 /// The narrowest type that holds all values.
-fn typed(values: &[Option<Value>]) -> Values {
+fn typed(values: &[Option<Value>]) -> ColumnValues {
     let all = |is: fn(&Value) -> bool| values.iter().flatten().all(is);
     if all(Value::is_bool) {
-        return Values::Flag(values.iter().map(|value| value.as_ref()?.as_bool()).collect());
+        return ColumnValues::Flag(values.iter().map(|value| value.as_ref()?.as_bool()).collect());
     }
     if all(Value::is_integer) {
-        return Values::Whole(values.iter().map(|value| value.as_ref()?.as_integer()).collect());
+        return ColumnValues::Whole(values.iter().map(|value| value.as_ref()?.as_integer()).collect());
     }
     if all(|value| value.is_integer() || value.is_float()) {
         let number = |value: &Value| value.as_float().or_else(|| value.as_integer().map(f64_from_i64));
-        return Values::Number(values.iter().map(|value| number(value.as_ref()?)).collect());
+        return ColumnValues::Number(values.iter().map(|value| number(value.as_ref()?)).collect());
     }
-    Values::Text(values.iter().map(|value| value.as_ref().map(shown)).collect())
+    ColumnValues::Text(values.iter().map(|value| value.as_ref().map(shown)).collect())
 }
 
 /// Keys that some cell sets: seed and die stand in columns of their own.
-fn config_columns(rows: &[(&Cell, &CellRecord)]) -> Vec<Column> {
+fn config_columns(rows: &[(&Cell, &CellRecord)]) -> Vec<TableColumn> {
     let mut by_key: BTreeMap<&str, Vec<Option<Value>>> = BTreeMap::new();
     for (row, (cell, _)) in rows.iter().enumerate() {
         for (key, value) in &cell.set {
@@ -125,14 +128,14 @@ fn config_columns(rows: &[(&Cell, &CellRecord)]) -> Vec<Column> {
         .collect()
 }
 
-fn figure_columns(rows: &[(&Cell, &CellRecord)]) -> Vec<Column> {
+fn figure_columns(rows: &[(&Cell, &CellRecord)]) -> Vec<TableColumn> {
     let names: std::collections::BTreeSet<&String> =
         rows.iter().flat_map(|(_, record)| record.figures.keys()).collect();
     names
         .into_iter()
         .map(|name| {
             let values = rows.iter().map(|(_, record)| record.figures.get(name).copied().flatten()).collect();
-            column(name, Role::Figure, Values::Number(values))
+            column(name, Role::Figure, ColumnValues::Number(values))
         })
         .collect()
 }

@@ -1,13 +1,13 @@
 //! The page of a gathered sweep: one file, no network; its table is sorted and filtered by a few lines of script.
 
 use super::digits::digits;
-use super::interaction::{Interaction, Series};
+use super::interaction::{Interaction, LevelMeans};
 use super::picture;
 use super::record::unit_of;
-use super::statistics::Estimate;
+use super::statistics::MeanEstimate;
 use super::table::{Role, Table};
-use super::verdicts::{Difference, FactorEffect, FigureReport, FrontPoint, PointVerdict, cells};
-use crate::report::chart::{self, Axes, Ink, Shape, chart};
+use super::verdicts::{FactorEffect, FigureReport, FrontPoint, LevelDifference, PointVerdict, cells};
+use crate::report::chart::{self, Axes, Ink, SeriesShape, chart};
 use crate::report::escape::escaped;
 
 /// Columns of the table that a page shows; the others stand in the Parquet file.
@@ -49,7 +49,7 @@ pub(super) fn page(
     )
 }
 
-fn estimate(value: &Estimate) -> String {
+fn estimate(value: &MeanEstimate) -> String {
     let interval = value.interval.map_or_else(
         || "no interval of one cell".to_owned(),
         |[low, high]| format!("{} to {}", digits(low), digits(high)),
@@ -97,15 +97,15 @@ fn picture_section(interaction: &Interaction) -> String {
     let title = escaped(&format!("{} by {}", interaction.label(), interaction.by));
     let picture = picture::svg(interaction).unwrap_or_default();
     let row = |(place, level): (usize, &String)| {
-        let of = |series: &Series| {
-            let one = |value: &Option<Estimate>| value.as_ref().map_or_else(|| "<td></td>".to_owned(), ends_cell);
+        let of = |series: &LevelMeans| {
+            let one = |value: &Option<MeanEstimate>| value.as_ref().map_or_else(|| "<td></td>".to_owned(), ends_cell);
             let ratio = interaction.base.as_ref().map_or_else(String::new, |_| one(&series.ratios[place]));
             one(&series.means[place]) + &ratio
         };
         format!("<tr><td>{}</td>{}</tr>", escaped(level), interaction.series.iter().map(of).collect::<String>())
     };
     let rows: String = interaction.levels.iter().enumerate().map(row).collect();
-    let head = |series: &Series| {
+    let head = |series: &LevelMeans| {
         let base = interaction.base.as_ref();
         let ratio = base.map_or_else(String::new, |base| format!("<th>ratio to {}</th>", escaped(base)));
         format!("<th>{}</th>{ratio}", if series.name.is_empty() { "mean".to_owned() } else { escaped(&series.name) })
@@ -120,7 +120,7 @@ fn picture_section(interaction: &Interaction) -> String {
 }
 
 /// A mean with its interval in one cell.
-fn ends_cell(value: &Estimate) -> String {
+fn ends_cell(value: &MeanEstimate) -> String {
     let ends = value.interval.map_or_else(String::new, |[low, high]| format!(" ({} to {})", digits(low), digits(high)));
     format!("<td class=\"n\">{}{ends}</td>", digits(value.mean))
 }
@@ -132,7 +132,7 @@ fn figure_section(report: &FigureReport) -> String {
 }
 
 fn effect_part(effect: &FactorEffect, figure: &str) -> String {
-    let row = |(name, _, value): &(String, Option<f64>, Estimate)| {
+    let row = |(name, _, value): &(String, Option<f64>, MeanEstimate)| {
         format!("<tr><td>{}</td>{}</tr>", escaped(name), estimate(value))
     };
     let rows: String = effect.levels.iter().map(row).collect();
@@ -144,7 +144,7 @@ fn effect_part(effect: &FactorEffect, figure: &str) -> String {
          <p class=\"note\">First-order sensitivity index (correlation ratio): {index}.</p>",
         escaped(&effect.factor)
     );
-    let points: Option<Vec<(f64, &Estimate)>> =
+    let points: Option<Vec<(f64, &MeanEstimate)>> =
         effect.levels.iter().map(|(_, place, value)| Some((((*place)?), value))).collect();
     let picture = points.map_or_else(String::new, |points| {
         let means = points.iter().map(|(x, value)| (*x, value.mean)).collect();
@@ -154,17 +154,20 @@ fn effect_part(effect: &FactorEffect, figure: &str) -> String {
             .collect();
         let title = format!("{figure} by {}", effect.factor);
         let axes = Axes { title: &title, x_label: &effect.factor, y_label: &label(figure), ..Axes::default() };
-        let mean = chart::Series { name: "mean", ink: Ink::One, shape: Shape::Dots, runs: vec![means] };
-        chart(&axes, &[mean, chart::Series { name: "95 % interval", ink: Ink::One, shape: Shape::Line(2), runs: bars }])
+        let mean = chart::Series { name: "mean", ink: Ink::One, shape: SeriesShape::Dots, runs: vec![means] };
+        chart(
+            &axes,
+            &[mean, chart::Series { name: "95 % interval", ink: Ink::One, shape: SeriesShape::Line(2), runs: bars }],
+        )
     });
     format!("<div class=\"pair\"><div>{table}</div>{picture}</div>")
 }
 
-fn differences(all: &[Difference]) -> String {
+fn differences(all: &[LevelDifference]) -> String {
     if all.is_empty() {
         return String::new();
     }
-    let row = |one: &Difference| {
+    let row = |one: &LevelDifference| {
         let saving = one.saving.map_or_else(|| "not measurable".to_owned(), |saving| format!("{saving:.1}"));
         let decided = if one.change.is_decided() { "yes" } else { "no" };
         format!(
@@ -192,8 +195,8 @@ fn front_section(pair: &[String; 2], points: &[FrontPoint]) -> String {
     let (x_label, y_label) = (label(&pair[0]), label(&pair[1]));
     let axes = Axes { title: &title, x_label: &x_label, y_label: &y_label, ..Axes::default() };
     let series = [
-        chart::Series { name: "on the front", ink: Ink::One, shape: Shape::Dots, runs: runs(true) },
-        chart::Series { name: "beaten in both", ink: Ink::Two, shape: Shape::Dots, runs: runs(false) },
+        chart::Series { name: "on the front", ink: Ink::One, shape: SeriesShape::Dots, runs: runs(true) },
+        chart::Series { name: "beaten in both", ink: Ink::Two, shape: SeriesShape::Dots, runs: runs(false) },
     ];
     let mut sorted: Vec<&FrontPoint> =
         points.iter().filter(|point| point.is_on_front || point.share_on_front > 0.05).collect();

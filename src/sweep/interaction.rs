@@ -6,7 +6,7 @@ use super::digits::digits;
 use super::file::PictureWish;
 use super::levels::{Levels, figures, levels, rest_of};
 use super::record::unit_of;
-use super::statistics::Estimate;
+use super::statistics::MeanEstimate;
 use super::table::{Role, Table};
 use crate::error::Error;
 use crate::num::f64_from_usize;
@@ -23,7 +23,7 @@ pub struct Interaction {
     /// Levels of the one along the axis.
     pub levels: Vec<String>,
     /// One entry a level of the other factor.
-    pub series: Vec<Series>,
+    pub series: Vec<LevelMeans>,
     /// Whether the picture's axis of the figure is logarithmic.
     pub y_log: bool,
     /// The level that ratios are taken against.
@@ -32,13 +32,13 @@ pub struct Interaction {
 
 /// The means at one level of the other factor.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Series {
+pub struct LevelMeans {
     /// The other factor and its level; empty without one.
     pub name: String,
     /// One mean a level of the axis.
-    pub means: Vec<Option<Estimate>>,
+    pub means: Vec<Option<MeanEstimate>>,
     /// Geometric mean of the ratios of paired cells to those of the base level.
-    pub ratios: Vec<Option<Estimate>>,
+    pub ratios: Vec<Option<MeanEstimate>>,
 }
 
 impl Interaction {
@@ -107,8 +107,8 @@ impl Interaction {
         text
     }
 
-    fn table(&self, of: impl Fn(&Series) -> &Vec<Option<Estimate>>) -> String {
-        let name = |series: &Series| if series.name.is_empty() { "all".to_owned() } else { series.name.clone() };
+    fn table(&self, of: impl Fn(&LevelMeans) -> &Vec<Option<MeanEstimate>>) -> String {
+        let name = |series: &LevelMeans| if series.name.is_empty() { "all".to_owned() } else { series.name.clone() };
         let heads: Vec<String> = self.series.iter().map(name).collect();
         let mut text = format!("| {} | {} |\n|{}\n", self.by, heads.join(" | "), "---|".repeat(1 + heads.len()));
         for (place, level) in self.levels.iter().enumerate() {
@@ -123,7 +123,7 @@ fn is_level(role: Role) -> bool {
     matches!(role, Role::Factor | Role::Replicate)
 }
 
-fn shown(estimate: Option<&Estimate>) -> String {
+fn shown(estimate: Option<&MeanEstimate>) -> String {
     let Some(estimate) = estimate else { return "not measurable".to_owned() };
     let ends =
         estimate.interval.map_or_else(String::new, |[low, high]| format!(" ({} to {})", digits(low), digits(high)));
@@ -136,9 +136,9 @@ fn series(
     name: &str,
     (along, base): (&Levels, Option<&String>),
     value: &dyn Fn(usize) -> Option<f64>,
-) -> Series {
+) -> LevelMeans {
     let of = |rows: &[usize]| rows.iter().filter_map(|&row| value(row)).collect::<Vec<f64>>();
-    let means = along.iter().map(|(_, _, rows)| Estimate::of(&of(rows))).collect();
+    let means = along.iter().map(|(_, _, rows)| MeanEstimate::of(&of(rows))).collect();
     let by_rest = |rows: &[usize]| -> BTreeMap<String, f64> {
         rows.iter().filter_map(|&row| Some((rest_of(table, by, row), value(row)?))).collect()
     };
@@ -150,15 +150,19 @@ fn series(
             .filter(|(value, base)| *value > 0.0 && *base > 0.0)
             .map(|(value, base)| libm::log(value / base))
             .collect();
-        Estimate::of(&logs).map(exponential)
+        MeanEstimate::of(&logs).map(exponential)
     };
     let ratios = along.iter().map(|(_, _, rows)| ratio(rows)).collect();
-    Series { name: name.to_owned(), means, ratios }
+    LevelMeans { name: name.to_owned(), means, ratios }
 }
 
 /// Of the mean of logarithms: the geometric mean. The ends go the same way.
-fn exponential(logs: Estimate) -> Estimate {
-    Estimate { mean: libm::exp(logs.mean), interval: logs.interval.map(|ends| ends.map(libm::exp)), count: logs.count }
+fn exponential(logs: MeanEstimate) -> MeanEstimate {
+    MeanEstimate {
+        mean: libm::exp(logs.mean),
+        interval: logs.interval.map(|ends| ends.map(libm::exp)),
+        count: logs.count,
+    }
 }
 
 /// Place of a level on the axis: levels stand at equal distances.
@@ -168,19 +172,19 @@ pub(super) fn place(number: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::gather::{Column, Values};
+    use super::super::gather::{ColumnValues, TableColumn};
     use super::*;
 
     fn table() -> Table {
-        let text = |all: &[&str]| Values::Text(all.iter().map(|text| Some((*text).to_owned())).collect());
-        let column = |name: &str, role: Role, values: Values| Column {
+        let text = |all: &[&str]| ColumnValues::Text(all.iter().map(|text| Some((*text).to_owned())).collect());
+        let column = |name: &str, role: Role, values: ColumnValues| TableColumn {
             name: name.to_owned(),
             unit: String::new(),
             role,
             values,
         };
-        let whole = |all: &[i64]| Values::Whole(all.iter().copied().map(Some).collect());
-        let numbers = Values::Number([1.0, 2.0, 4.0, 8.0, 2.0, 4.0, 2.0, 4.0].map(Some).to_vec());
+        let whole = |all: &[i64]| ColumnValues::Whole(all.iter().copied().map(Some).collect());
+        let numbers = ColumnValues::Number([1.0, 2.0, 4.0, 8.0, 2.0, 4.0, 2.0, 4.0].map(Some).to_vec());
         Table {
             columns: vec![
                 column("bits", Role::Factor, whole(&[2, 2, 8, 8, 2, 2, 8, 8])),

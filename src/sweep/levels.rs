@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::statistics::mean;
-use super::table::{Role, Table, Values};
+use super::table::{ColumnValues, Role, Table};
 
 /// A factor with more values than this is cut into classes of equal numbers of cells.
 const LEVELS_MAX: usize = 12;
@@ -14,7 +14,7 @@ pub type Levels = Vec<(String, Option<f64>, Vec<usize>)>;
 
 pub fn figures(table: &Table, name: &str) -> Vec<Option<f64>> {
     match table.column(name).map(|column| &column.values) {
-        Some(Values::Number(all)) => all.clone(),
+        Some(ColumnValues::Number(all)) => all.clone(),
         _ => vec![None; table.rows],
     }
 }

@@ -10,7 +10,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
 
-use super::table::{Column, Table, Values};
+use super::table::{ColumnValues, Table, TableColumn};
 
 /// The whole file. Equal tables give equal bytes.
 pub(super) fn bytes(table: &Table) -> Result<Vec<u8>, ParquetError> {
@@ -26,28 +26,28 @@ pub(super) fn bytes(table: &Table) -> Result<Vec<u8>, ParquetError> {
     let mut group = file.next_row_group()?;
     for column in &table.columns {
         match &column.values {
-            Values::Text(all) => {
+            ColumnValues::Text(all) => {
                 let bytes: Vec<Option<ByteArray>> = all
                     .iter()
                     .map(|value| value.as_ref().map(|text| ByteArray::from(text.as_bytes().to_vec())))
                     .collect();
                 write::<ByteArrayType>(&mut group, &bytes)?;
             }
-            Values::Whole(all) => write::<Int64Type>(&mut group, all)?,
-            Values::Number(all) => write::<DoubleType>(&mut group, all)?,
-            Values::Flag(all) => write::<BoolType>(&mut group, all)?,
+            ColumnValues::Whole(all) => write::<Int64Type>(&mut group, all)?,
+            ColumnValues::Number(all) => write::<DoubleType>(&mut group, all)?,
+            ColumnValues::Flag(all) => write::<BoolType>(&mut group, all)?,
         }
     }
     group.close()?;
     file.into_inner()
 }
 
-fn field(column: &Column) -> Result<Type, ParquetError> {
+fn field(column: &TableColumn) -> Result<Type, ParquetError> {
     let (physical, logical) = match column.values {
-        Values::Text(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
-        Values::Whole(_) => (Physical::INT64, None),
-        Values::Number(_) => (Physical::DOUBLE, None),
-        Values::Flag(_) => (Physical::BOOLEAN, None),
+        ColumnValues::Text(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+        ColumnValues::Whole(_) => (Physical::INT64, None),
+        ColumnValues::Number(_) => (Physical::DOUBLE, None),
+        ColumnValues::Flag(_) => (Physical::BOOLEAN, None),
     };
     let builder = Type::primitive_type_builder(&column.name, physical).with_repetition(Repetition::OPTIONAL);
     builder.with_logical_type(logical).build()

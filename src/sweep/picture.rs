@@ -4,7 +4,7 @@ use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 
 use super::interaction::{Interaction, place};
-use super::statistics::Estimate;
+use super::statistics::MeanEstimate;
 use crate::num::{f64_from_usize, greater, index, lesser, u32_truncated};
 
 const SIZE_PX: (u32, u32) = (760, 430);
@@ -22,7 +22,7 @@ const COLOURS: [RGBColor; 6] = [
 /// The picture; none without a mean.
 pub fn svg(interaction: &Interaction) -> Option<String> {
     let estimates = || interaction.series.iter().flat_map(|series| series.means.iter().flatten());
-    let ends = |estimate: &Estimate| estimate.interval.unwrap_or([estimate.mean; 2]);
+    let ends = |estimate: &MeanEstimate| estimate.interval.unwrap_or([estimate.mean; 2]);
     // A logarithmic axis has no place for what is not above zero.
     let low = estimates().map(|one| if interaction.y_log { lowest(one) } else { ends(one)[0] }).reduce(lesser)?;
     let high = estimates().map(|one| ends(one)[1]).reduce(greater)?;
@@ -40,14 +40,14 @@ pub fn svg(interaction: &Interaction) -> Option<String> {
 }
 
 /// The lower end of an interval if it is above zero, else the mean.
-fn lowest(estimate: &Estimate) -> f64 {
+fn lowest(estimate: &MeanEstimate) -> f64 {
     estimate.interval.map(|[low, _]| low).filter(|low| *low > 0.0).unwrap_or(estimate.mean)
 }
 
 /// The right corner that is further from the last means.
 fn legend_place(interaction: &Interaction) -> SeriesLabelPosition {
     let means =
-        |series: &super::interaction::Series| series.means.iter().flatten().map(|one| one.mean).collect::<Vec<_>>();
+        |series: &super::interaction::LevelMeans| series.means.iter().flatten().map(|one| one.mean).collect::<Vec<_>>();
     let all: Vec<f64> = interaction.series.iter().flat_map(means).collect();
     let last: Vec<f64> = interaction.series.iter().filter_map(|series| means(series).last().copied()).collect();
     if super::statistics::mean(&last) > super::statistics::mean(&all) {
@@ -92,7 +92,7 @@ where
         let colour = COLOURS[number % COLOURS.len()];
         // Series stand a little apart, so that their bars do not hide each other.
         let aside = 0.08 * (f64_from_usize(number) - middle);
-        let found: Vec<(f64, &Estimate)> =
+        let found: Vec<(f64, &MeanEstimate)> =
             series.means.iter().enumerate().filter_map(|(at, one)| Some((place(at) + aside, one.as_ref()?))).collect();
         for (x, one) in &found {
             let low = if interaction.y_log { lowest(one) } else { one.interval.map_or(one.mean, |ends| ends[0]) };

@@ -9,9 +9,9 @@ use super::html;
 use super::interaction::Interaction;
 use super::levels::{figures, levels, rest_of};
 use super::record::find_figure;
-use super::statistics::{Estimate, mean, standard_error};
+use super::statistics::{MeanEstimate, mean, standard_error};
 use super::table::{Role, Table};
-pub use super::verdicts::{Difference, FactorEffect, FigureReport, FrontPoint, PointVerdict};
+pub use super::verdicts::{FactorEffect, FigureReport, FrontPoint, LevelDifference, PointVerdict};
 use crate::draw::DrawKey;
 use crate::error::Error;
 use crate::num::f64_from_usize;
@@ -102,8 +102,10 @@ fn effect(table: &Table, factor: &str, figure: &str) -> FactorEffect {
         .map(|(name, place, rows)| (name, place, rows.into_iter().filter_map(|row| values[row]).collect()))
         .collect();
     let first_order = first_order(&levels.iter().map(|(_, _, values)| values.as_slice()).collect::<Vec<_>>());
-    let levels =
-        levels.into_iter().filter_map(|(name, place, values)| Some((name, place, Estimate::of(&values)?))).collect();
+    let levels = levels
+        .into_iter()
+        .filter_map(|(name, place, values)| Some((name, place, MeanEstimate::of(&values)?)))
+        .collect();
     FactorEffect { factor: factor.to_owned(), levels, first_order }
 }
 
@@ -124,7 +126,7 @@ fn first_order(classes: &[&[f64]]) -> Option<f64> {
     (total > 0.0).then(|| crate::num::greater((between - (groups - 1.0) * noise) / (total + noise), 0.0))
 }
 
-fn differences(table: &Table, factor: &str, figure: &str) -> Vec<Difference> {
+fn differences(table: &Table, factor: &str, figure: &str) -> Vec<LevelDifference> {
     let values = figures(table, figure);
     let levels = levels(table, factor);
     let Some(((from, _, first), others)) = levels.split_first() else { return Vec::new() };
@@ -138,13 +140,13 @@ fn differences(table: &Table, factor: &str, figure: &str) -> Vec<Difference> {
         let pairs: Vec<(f64, f64)> =
             base.iter().filter_map(|(rest, value)| Some((*value, *other.get(rest)?))).collect();
         let changes: Vec<f64> = pairs.iter().map(|(one, other)| other - one).collect();
-        let Some(change) = Estimate::of(&changes) else { continue };
+        let Some(change) = MeanEstimate::of(&changes) else { continue };
         let (ones, twos): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
         let saving = match (standard_error(&ones), standard_error(&twos), standard_error(&changes)) {
             (Some(one), Some(two), Some(paired)) if paired > 0.0 => Some((one * one + two * two) / (paired * paired)),
             _ => None,
         };
-        all.push(Difference { factor: factor.to_owned(), from: from.clone(), to: to.clone(), change, saving });
+        all.push(LevelDifference { factor: factor.to_owned(), from: from.clone(), to: to.clone(), change, saving });
     }
     all
 }
@@ -183,7 +185,7 @@ pub fn front(table: &Table, pair: [&str; 2]) -> Vec<FrontPoint> {
         .into_iter()
         .zip(on_front.into_iter().zip(counts))
         .filter_map(|((name, runs), (is_on_front, count))| {
-            let of = |axis: usize| Estimate::of(&runs.iter().map(|run| run[axis]).collect::<Vec<_>>());
+            let of = |axis: usize| MeanEstimate::of(&runs.iter().map(|run| run[axis]).collect::<Vec<_>>());
             let share_on_front = f64::from(count) / crate::num::f64_from_u64(RESAMPLES);
             Some(FrontPoint { name, place: [of(0)?, of(1)?], is_on_front, share_on_front })
         })

@@ -39,7 +39,7 @@ pub struct Specification {
 
 /// What the runs so far say of a specification.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Judgement {
+pub struct SpecificationJudgement {
     /// Runs that keep the limit.
     pub met: u64,
     /// All finished runs; one whose figure could not be measured does not keep it.
@@ -113,14 +113,14 @@ impl Specification {
     }
 
     /// What so many runs say.
-    pub fn judge(&self, met: u64, runs: u64) -> Judgement {
+    pub fn judge(&self, met: u64, runs: u64) -> SpecificationJudgement {
         let verdict = self.verdict(met, runs);
         let further = (verdict == SequentialVerdict::Open).then(|| {
             let keep = |more: u64| self.verdict(met + more, runs + more) == SequentialVerdict::Pass;
             let miss = |more: u64| self.verdict(met, runs + more) == SequentialVerdict::Fail;
             [least(keep), least(miss)]
         });
-        Judgement {
+        SpecificationJudgement {
             met,
             runs,
             interval: binomial_interval(met, runs, CONFIDENCE),
@@ -156,7 +156,7 @@ fn least(holds: impl Fn(u64) -> bool) -> u64 {
     high
 }
 
-impl Judgement {
+impl SpecificationJudgement {
     /// In one sentence.
     pub fn in_words(&self) -> String {
         let [low, high] = self.interval.map(|end| 100.0 * end);

@@ -10,7 +10,7 @@ pub const CONFIDENCE: f64 = 0.95;
 
 /// A mean with its interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
+pub struct MeanEstimate {
     /// Mean of the values.
     pub mean: f64,
     /// Ends of the 95 % interval; none from a single value.
@@ -19,7 +19,7 @@ pub struct Estimate {
     pub count: usize,
 }
 
-impl Estimate {
+impl MeanEstimate {
     /// Of independent values: Student's interval. None without a value.
     pub fn of(values: &[f64]) -> Option<Self> {
         let count = values.len();
@@ -214,12 +214,12 @@ mod tests {
             let other: Vec<f64> = one.iter().map(|value| 0.5 * value + rms(0.005)).collect();
             // E chi_30 / sqrt(30) = sqrt(2/30) Gamma(15.5) / Gamma(15) = 0.991702.
             let truth = 0.01 * 0.991_702;
-            let inside = |estimate: Estimate, truth: f64| {
+            let inside = |estimate: MeanEstimate, truth: f64| {
                 estimate.interval.is_some_and(|[low, high]| low <= truth && truth <= high)
             };
-            held += u32::from(inside(Estimate::of(&one).unwrap(), truth));
+            held += u32::from(inside(MeanEstimate::of(&one).unwrap(), truth));
             let differences: Vec<f64> = one.iter().zip(&other).map(|(one, other)| other - one).collect();
-            paired_held += u32::from(inside(Estimate::of(&differences).unwrap(), 0.0));
+            paired_held += u32::from(inside(MeanEstimate::of(&differences).unwrap(), 0.0));
         }
         println!(
             "of {studies} studies {held} intervals of a mean and {paired_held} of a paired difference hold the truth"

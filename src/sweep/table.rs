@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 /// Values of a column, one a row.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Values {
+pub enum ColumnValues {
     /// Text.
     Text(Vec<Option<String>>),
     /// Whole numbers.
@@ -35,7 +35,7 @@ named! {
 
 /// One column.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Column {
+pub struct TableColumn {
     /// Its name.
     pub name: String,
     /// Its unit; "" where it has none to state.
@@ -43,21 +43,21 @@ pub struct Column {
     /// What it is for.
     pub role: Role,
     /// One value a row.
-    pub values: Values,
+    pub values: ColumnValues,
 }
 
 /// A gathered sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     /// In the order of the file.
-    pub columns: Vec<Column>,
+    pub columns: Vec<TableColumn>,
     /// Number of rows.
     pub rows: usize,
     /// Of the whole file, by name.
     pub metadata: BTreeMap<String, String>,
 }
 
-impl Values {
+impl ColumnValues {
     pub(super) fn kind(&self) -> &'static str {
         match self {
             Self::Text(_) => "string",

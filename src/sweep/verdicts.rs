@@ -1,7 +1,7 @@
 //! What a sweep's page says of each figure.
 
-use super::specification::Judgement;
-use super::statistics::Estimate;
+use super::specification::SpecificationJudgement;
+use super::statistics::MeanEstimate;
 use super::table::Table;
 use crate::num::u64_from;
 
@@ -15,7 +15,7 @@ pub struct PointVerdict {
     /// The specification.
     pub specification: String,
     /// What the runs say.
-    pub judgement: Judgement,
+    pub judgement: SpecificationJudgement,
 }
 
 /// The mean of a figure at each level of a factor.
@@ -23,14 +23,14 @@ pub struct FactorEffect {
     /// Name of the factor.
     pub factor: String,
     /// Level, its place on an axis where it is a number, and the mean over all its cells.
-    pub levels: Vec<(String, Option<f64>, Estimate)>,
+    pub levels: Vec<(String, Option<f64>, MeanEstimate)>,
     /// Share of the figure's variance that the factor's levels explain by themselves: the first-order Sobol' index, estimated as the
     /// correlation ratio with the bias of equal classes taken away (Saltelli 2008, 4.6).
     pub first_order: Option<f64>,
 }
 
 /// The change of a figure from the first level of a factor, between cells that are equal in all else and have equal draws.
-pub struct Difference {
+pub struct LevelDifference {
     /// Name of the factor.
     pub factor: String,
     /// The first level.
@@ -38,7 +38,7 @@ pub struct Difference {
     /// The other one.
     pub to: String,
     /// Mean change.
-    pub change: Estimate,
+    pub change: MeanEstimate,
     /// Number of independent seeds over paired ones that give the same interval.
     pub saving: Option<f64>,
 }
@@ -48,7 +48,7 @@ pub struct FrontPoint {
     /// Its factors in words.
     pub name: String,
     /// Both figures.
-    pub place: [Estimate; 2],
+    pub place: [MeanEstimate; 2],
     /// Whether no other point is better in both.
     pub is_on_front: bool,
     /// Share of resamples of the replicates in which it is.
@@ -62,7 +62,7 @@ pub struct FigureReport {
     /// By factor.
     pub effects: Vec<FactorEffect>,
     /// By factor and level.
-    pub differences: Vec<Difference>,
+    pub differences: Vec<LevelDifference>,
 }
 
 /// Cells in a table, for a sentence.

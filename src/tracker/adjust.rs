@@ -24,7 +24,7 @@ type Coupling = SMatrix<f64, 6, 3>;
 pub(crate) type Steps = (Vec<Vector6<f64>>, Vec<Vector3<f64>>);
 
 /// The undamped normal equations, by blocks.
-pub(crate) struct Normal {
+pub(crate) struct BlockEquations {
     pose_blocks: Vec<Matrix6<f64>>,
     pose_sides: Vec<Vector6<f64>>,
     point_blocks: Vec<Matrix3<f64>>,
@@ -133,12 +133,12 @@ impl Problem<'_> {
 
     /// The normal equations without a prior, for tests.
     #[cfg(test)]
-    pub(crate) fn linearise(&self) -> Normal {
+    pub(crate) fn linearise(&self) -> BlockEquations {
         self.linearise_under(None, ErrorModel::Huber)
     }
 
-    fn linearise_under(&self, prior: Option<&Prior>, law: ErrorModel) -> Normal {
-        let mut normal = Normal {
+    fn linearise_under(&self, prior: Option<&Prior>, law: ErrorModel) -> BlockEquations {
+        let mut normal = BlockEquations {
             pose_blocks: vec![Matrix6::zeros(); self.free],
             pose_sides: vec![Vector6::zeros(); self.free],
             point_blocks: vec![Matrix3::zeros(); self.points_m.len()],
@@ -181,7 +181,7 @@ impl Problem<'_> {
     }
 }
 
-impl Normal {
+impl BlockEquations {
     /// Adds one scalar error with its derivatives.
     fn add(
         &mut self,

@@ -48,7 +48,7 @@ pub struct Inlier {
 
 /// What a frame cost, in counted operations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Work {
+pub struct TrackerWork {
     /// Landmarks projected into a camera.
     pub projections: u64,
     /// Descriptor distances.
@@ -91,11 +91,11 @@ pub struct TrackedFrame {
     /// Whether the frame closed a loop: earlier keyframes were recognised and the map was bent to agree.
     pub loop_closed: bool,
     /// What it cost.
-    pub work: Work,
+    pub work: TrackerWork,
 }
 
 /// An answer without a pose.
-pub fn unlocated(t_s: f64, status: Status, work: Work) -> TrackedFrame {
+pub fn unlocated(t_s: f64, status: Status, work: TrackerWork) -> TrackedFrame {
     TrackedFrame {
         t_s,
         status,

@@ -8,7 +8,7 @@
 #[cfg(test)]
 mod tests;
 
-use super::answer::Work;
+use super::answer::TrackerWork;
 use super::localiser::{LandmarkMatch, Localiser};
 use crate::draw::DrawKey;
 use crate::num::{index, u32_from};
@@ -16,7 +16,7 @@ use crate::pose::Pose;
 use crate::tracker::lie::Sim3;
 use crate::tracker::map::{Landmark, Map, Sighting};
 use crate::tracker::pose_graph::{Edge, PoseGraph, RobustKernel, information};
-use crate::tracker::rig::{Keypoint, View};
+use crate::tracker::rig::{CameraKeypoints, Keypoint};
 use crate::tracker::sweep::Moving;
 
 /// Frames for which a landmark must not have been found to count as one of an earlier visit: five seconds at 30 Hz.
@@ -70,7 +70,13 @@ pub struct Loop {
 }
 
 /// Looks for an earlier visit of the place that a located frame sees.
-pub fn recognise(frame: &Localiser<'_>, number: u64, state: &Moving, key: DrawKey, work: &mut Work) -> Option<Loop> {
+pub fn recognise(
+    frame: &Localiser<'_>,
+    number: u64,
+    state: &Moving,
+    key: DrawKey,
+    work: &mut TrackerWork,
+) -> Option<Loop> {
     let candidates = candidates(frame, number, state);
     if u32_from(candidates.len()) < AGREEING_MIN {
         return None;
@@ -128,7 +134,7 @@ impl Loop {
     pub fn close(
         &self,
         map: &mut Map,
-        views: &[View],
+        views: &[CameraKeypoints],
         (has_scale, inverse_sigma): (bool, impl Fn(f64) -> f64),
     ) -> Option<f64> {
         let from = self.earlier_keyframe(map)?;
@@ -186,7 +192,7 @@ impl Loop {
 
     /// Length of the present's unit in that of the earlier visit: the median ratio of the depths that both have for the same keypoints.
     /// `None` where too few keypoints have both.
-    fn scale(&self, map: &Map, views: &[View]) -> Option<f64> {
+    fn scale(&self, map: &Map, views: &[CameraKeypoints]) -> Option<f64> {
         let keyframe = map.keyframes.last()?;
         let mut ratios: Vec<f64> = Vec::new();
         for (_, found, holder) in self.holders(map, views) {
@@ -206,7 +212,7 @@ impl Loop {
     fn holders<'a>(
         &'a self,
         map: &'a Map,
-        views: &'a [View],
+        views: &'a [CameraKeypoints],
     ) -> impl Iterator<Item = (&'a Keypoint, &'a LandmarkMatch, Option<usize>)> + 'a {
         let keyframe = map.keyframes.last().map(|keyframe| keyframe.id);
         self.found.iter().map(move |found| {
@@ -232,7 +238,7 @@ impl Loop {
     }
 
     /// The earlier landmarks are seen by the last keyframe too; what had taken their keypoints goes into them.
-    fn fuse(&self, map: &mut Map, views: &[View], inverse_sigma: impl Fn(f64) -> f64) {
+    fn fuse(&self, map: &mut Map, views: &[CameraKeypoints], inverse_sigma: impl Fn(f64) -> f64) {
         let Some(keyframe) = map.keyframes.last().map(|keyframe| keyframe.id) else { return };
         let mut doubled = Vec::new();
         let mut seen = Vec::new();

@@ -2,7 +2,7 @@
 //!
 //! Positions are metres in the map's frame.
 
-use super::answer::Work;
+use super::answer::TrackerWork;
 use super::localiser::LandmarkMatch;
 use super::params::TrackerParams;
 use crate::num::{index, u32_from, u32_truncated};
@@ -10,8 +10,8 @@ use crate::tracker::epipolar::{Band, Fix, Ray, flags, matches, triangulate};
 use crate::tracker::map::{Keyframe, Landmark, Map, Sighting};
 use crate::tracker::matching::MatchRule;
 use crate::tracker::preintegrate::filter::ImuFilter;
-use crate::tracker::refine::{Measurement, WITHIN_PIXEL_PX, refine};
-use crate::tracker::rig::{Keypoint, RigCamera, View};
+use crate::tracker::refine::{PointMeasurement, WITHIN_PIXEL_PX, refine};
+use crate::tracker::rig::{CameraKeypoints, Keypoint, RigCamera};
 use crate::tracker::start::Begun;
 use crate::tracker::sweep::{Moving, RatePrior};
 use crate::tracker::unit::solve_in_unit;
@@ -71,7 +71,7 @@ pub struct Growth<'a> {
     /// The rig.
     pub cameras: &'a [RigCamera],
     /// Views of the keyframe.
-    pub views: &'a [View],
+    pub views: &'a [CameraKeypoints],
     /// The tracker's parameters.
     pub params: &'a TrackerParams,
     /// Number of the frame.
@@ -104,7 +104,7 @@ impl Growth<'_> {
         (t_s, state): (f64, Moving),
         inliers: &[LandmarkMatch],
         pending: &mut PendingKeypoints,
-        work: &mut Work,
+        work: &mut TrackerWork,
     ) -> u32 {
         let keyframe = map.add_keyframe(t_s, state);
         for found in inliers {
@@ -125,7 +125,7 @@ impl Growth<'_> {
         for earlier in pending.keyframes.iter_mut().rev() {
             self.add_motion_points(map, (keyframe, &state), &mut claimed, earlier, work);
         }
-        let free = |(view, claimed): (&View, &Vec<bool>)| -> Vec<Keypoint> {
+        let free = |(view, claimed): (&CameraKeypoints, &Vec<bool>)| -> Vec<Keypoint> {
             view.keypoints
                 .iter()
                 .zip(claimed)
@@ -144,7 +144,7 @@ impl Growth<'_> {
         map: &mut Map,
         (keyframe, state): (u32, &Moving),
         claimed: &mut [Vec<bool>],
-        work: &mut Work,
+        work: &mut TrackerWork,
     ) {
         for a in 0..self.views.len() {
             for b in a + 1..self.views.len() {
@@ -205,7 +205,7 @@ impl Growth<'_> {
         (keyframe, state): (u32, &Moving),
         claimed: &mut [Vec<bool>],
         earlier: &mut Unclaimed,
-        work: &mut Work,
+        work: &mut TrackerWork,
     ) {
         let Ok(held) = map.keyframes.binary_search_by_key(&earlier.keyframe, |keyframe| keyframe.id) else { return };
         let earlier_state = map.keyframes[held].state;
@@ -276,7 +276,7 @@ pub fn begin(
     let second = map.add_keyframe(t_s, begun.second);
     let sides = [(first, &begun.first_views), (second, &begun.second_views)];
     for &(i, j, point_m) in &begun.points {
-        let sighting = |(keyframe, views): (u32, &Vec<View>), keypoint: usize| {
+        let sighting = |(keyframe, views): (u32, &Vec<CameraKeypoints>), keypoint: usize| {
             let keypoint = &views[begun.camera].keypoints[keypoint];
             let inverse_sigma = params.inverse_sigma(keypoint.scale);
             Sighting { keyframe, camera, place_px: keypoint.place_px, inverse_sigma, offset_s: keypoint.offset_s }
@@ -287,7 +287,7 @@ pub fn begin(
     for (keyframe, views) in sides {
         let is_used =
             |keypoint: usize| begun.points.iter().any(|p| (if keyframe == first { p.0 } else { p.1 }) == keypoint);
-        let of_view = |(number, view): (usize, &View)| -> Vec<Keypoint> {
+        let of_view = |(number, view): (usize, &CameraKeypoints)| -> Vec<Keypoint> {
             let free = |(keypoint, _): &(usize, &Keypoint)| number != begun.camera || !is_used(*keypoint);
             view.keypoints.iter().enumerate().filter(free).map(|(_, keypoint)| *keypoint).collect()
         };
@@ -300,7 +300,7 @@ pub fn refine_rates(map: &mut Map, cameras: &[RigCamera], begun: &Begun) {
     for (keyframe, mean) in [begun.first.rate, begun.second.rate].into_iter().enumerate() {
         let held = map.keyframes[keyframe];
         let measured = |landmark: &Landmark| {
-            let of = |s: &Sighting| Measurement {
+            let of = |s: &Sighting| PointMeasurement {
                 camera: s.camera,
                 point_in_world_m: landmark.position_m,
                 place_px: s.place_px,
@@ -309,7 +309,7 @@ pub fn refine_rates(map: &mut Map, cameras: &[RigCamera], begun: &Begun) {
             };
             landmark.sightings.iter().filter(|s| s.keyframe == held.id).map(of).collect::<Vec<_>>()
         };
-        let measurements: Vec<Measurement> = map.landmarks.iter().flat_map(measured).collect();
+        let measurements: Vec<PointMeasurement> = map.landmarks.iter().flat_map(measured).collect();
         let prior = RatePrior::step(mean);
         let (state, _) = refine(cameras, &measurements, &held.state, Some(&prior), 12);
         map.keyframes[keyframe].state.rate = state.rate;
@@ -322,7 +322,7 @@ pub fn adjust_window(
     map: &mut Map,
     (cameras, params): (&[RigCamera], &TrackerParams),
     imu_filter: Option<&ImuFilter>,
-    work: &mut Work,
+    work: &mut TrackerWork,
 ) -> Option<Moving> {
     let free = index(params.window);
     let mut window = map.window(cameras, free, 2 * free);

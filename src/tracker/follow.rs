@@ -1,13 +1,13 @@
 //! Follows the map: locates a frame, judges its pose, and makes it a keyframe where one is due, which may close a loop.
 
-use super::answer::{Status, TrackedFrame, Work, unlocated};
+use super::answer::{Status, TrackedFrame, TrackerWork, unlocated};
 use super::close;
 use super::extend::{Growth, adjust_window};
 use super::lie::Twist;
 use super::localiser::{LocalisedPose, Localiser};
 use super::map::Map;
 use super::preintegrate::filter::{ImuFilter, ImuPrediction};
-use super::rig::View;
+use super::rig::CameraKeypoints;
 use super::state::{LastKeyframe, MapHistory, TrackerState};
 use super::sweep::{Moving, VelocityModel, ahead_of, between};
 use super::{DRAWS, Tracker};
@@ -29,11 +29,11 @@ impl Tracker {
     /// Gives the next state.
     pub(super) fn follow(
         &mut self,
-        (t_s, views): (f64, &[View]),
+        (t_s, views): (f64, &[CameraKeypoints]),
         mut history: MapHistory,
         before: Option<VelocityModel>,
     ) -> (TrackerState, TrackedFrame) {
-        let mut work = Work::default();
+        let mut work = TrackerWork::default();
         let imu_prediction = self.imu_filter.as_mut().and_then(|imu_filter| imu_filter.advance(t_s));
         let by_motion = || before.map(|motion| motion.predict(t_s));
         let predicted = imu_prediction.map(|imu_prediction| imu_prediction.moving).or_else(by_motion);
@@ -64,7 +64,7 @@ impl Tracker {
         // The step to this pose is measured before the adjustment, so that both ends refer to the same map.
         let body_from_world = located.state.body_from_world;
         let step = before.and_then(|motion| motion.then(t_s, body_from_world).step);
-        if views.iter().any(View::sweeps) {
+        if views.iter().any(CameraKeypoints::sweeps) {
             self.correct_last_rate(&history, before, step);
         }
         if let Some(imu_filter) = &mut self.imu_filter {
@@ -101,13 +101,13 @@ impl Tracker {
     /// step to the second frame gives the first frame's rate. Rate and map are refined in turns.
     fn with_swept_start(
         &mut self,
-        (t_s, views): (f64, &[View]),
+        (t_s, views): (f64, &[CameraKeypoints]),
         (history, before): (&MapHistory, Option<VelocityModel>),
         mut located: LocalisedPose,
-        work: &mut Work,
+        work: &mut TrackerWork,
     ) -> LocalisedPose {
         let is_second = history.started_by_depth && self.frame == history.started_frame + 1;
-        if !is_second || !views.iter().any(View::sweeps) {
+        if !is_second || !views.iter().any(CameraKeypoints::sweeps) {
             return located;
         }
         for _ in 0..3 {
@@ -135,14 +135,14 @@ impl Tracker {
     /// Makes the frame a keyframe: new landmarks, then adjustment, which moves the frame's pose.
     fn add_keyframe(
         &mut self,
-        (t_s, views): (f64, &[View]),
+        (t_s, views): (f64, &[CameraKeypoints]),
         (history, motion): (&mut MapHistory, &mut VelocityModel),
         located: &LocalisedPose,
         (tracked, status): (u32, Status),
-        work: &mut Work,
+        work: &mut TrackerWork,
     ) {
         let mut straight = Vec::new();
-        let views = if views.iter().any(View::sweeps) {
+        let views = if views.iter().any(CameraKeypoints::sweeps) {
             straight.extend_from_slice(views);
             straight.iter_mut().zip(&self.cameras).for_each(|(view, camera)| view.straighten(camera, &located.state));
             &straight
@@ -182,9 +182,9 @@ impl Tracker {
     /// Looks for an earlier visit of the place that the last keyframe sees, and bends the map where two keyframes agree on one.
     pub(super) fn close_loop(
         &mut self,
-        (t_s, views): (f64, &[View]),
+        (t_s, views): (f64, &[CameraKeypoints]),
         (history, motion): (&mut MapHistory, &mut VelocityModel),
-        work: &mut Work,
+        work: &mut TrackerWork,
     ) -> bool {
         let Some(last) = self.map.keyframes.last().copied() else { return false };
         let params = self.params;
@@ -217,7 +217,7 @@ impl Tracker {
     }
 
     /// A search for a frame's pose without a prediction.
-    fn localiser<'a>(&'a self, (t_s, views): (f64, &'a [View])) -> Localiser<'a> {
+    fn localiser<'a>(&'a self, (t_s, views): (f64, &'a [CameraKeypoints])) -> Localiser<'a> {
         Localiser {
             cameras: &self.cameras,
             views,
@@ -237,10 +237,10 @@ impl Tracker {
     /// Around the prediction first, then by descriptors among recent landmarks, then among all.
     fn locate(
         &self,
-        (t_s, views): (f64, &[View]),
+        (t_s, views): (f64, &[CameraKeypoints]),
         motion: Option<VelocityModel>,
         (predicted, imu_prediction): (Option<Moving>, Option<ImuPrediction>),
-        work: &mut Work,
+        work: &mut TrackerWork,
     ) -> Option<(LocalisedPose, Status)> {
         // A map without a metre does not know what a hand's accelerations are in it.
         let has_metre = self.cameras.len() > 1;

@@ -18,12 +18,12 @@ use crate::draw::DrawKey;
 use crate::num::{f64_from_usize, greater, lesser};
 use crate::pose::Pose;
 use linear::cofactors;
-pub use models::Pair;
+pub use models::BearingPair;
 use models::{essential, from_essential, from_homography, from_rotation};
 
 /// What explains two views.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Model {
+pub enum TwoViewModel {
     /// VelocityModel through a scene with depth.
     General,
     /// VelocityModel before a plane.
@@ -47,8 +47,8 @@ pub struct TwoViewSettings {
 #[derive(Clone, Debug)]
 pub struct TwoView {
     /// The model that explains the pairs at the least cost.
-    pub model: Model,
-    /// VelocityModel with a baseline of length 1 (0 for [`Model::Rotation`]).
+    pub model: TwoViewModel,
+    /// VelocityModel with a baseline of length 1 (0 for [`TwoViewModel::Rotation`]).
     pub second_from_first: Pose,
     /// The other motion that explains a plane about as well, where there is one.
     pub alternative: Option<Pose>,
@@ -97,7 +97,7 @@ const CLEARLY_WORSE: f64 = 10.8;
 const ALTERNATIVE_SHARE: f64 = 0.9;
 
 /// Hangs two views together; `None` below [`PAIRS_MIN`] pairs or where no model gathers as many.
-pub fn two_view(pairs: &[Pair], search: &TwoViewSettings, key: DrawKey) -> Option<TwoView> {
+pub fn two_view(pairs: &[BearingPair], search: &TwoViewSettings, key: DrawKey) -> Option<TwoView> {
     if pairs.len() < PAIRS_MIN {
         return None;
     }
@@ -114,7 +114,7 @@ pub fn two_view(pairs: &[Pair], search: &TwoViewSettings, key: DrawKey) -> Optio
             miss + libm::log(4.0 * n) * parameters
         })
     };
-    let of = |distance2: fn(&DMat3, &Pair) -> f64, model: Option<DMat3>| {
+    let of = |distance2: fn(&DMat3, &BearingPair) -> f64, model: Option<DMat3>| {
         model.map(|model| pairs.iter().map(|pair| distance2(&model, pair)).collect::<Vec<f64>>())
     };
     let all = [
@@ -129,18 +129,19 @@ pub fn two_view(pairs: &[Pair], search: &TwoViewSettings, key: DrawKey) -> Optio
     if agrees.iter().filter(|&&agrees| agrees).count() < PAIRS_MIN {
         return None;
     }
-    let agreeing: Vec<Pair> = pairs.iter().zip(&agrees).filter(|(_, agrees)| **agrees).map(|(pair, _)| *pair).collect();
+    let agreeing: Vec<BearingPair> =
+        pairs.iter().zip(&agrees).filter(|(_, agrees)| **agrees).map(|(pair, _)| *pair).collect();
     let (second_from_first, alternative) = match best {
         0 => (general?, None),
         1 => plane_motions(&plane?, (pairs, &agreeing), unit),
         _ => (Pose::new(DQuat::from_mat3(&rotation?).normalize(), DVec3::ZERO), None),
     };
-    let model = [Model::General, Model::Plane, Model::Rotation][best];
+    let model = [TwoViewModel::General, TwoViewModel::Plane, TwoViewModel::Rotation][best];
     Some(assembled(model, (second_from_first, alternative), (pairs, agrees), criteria))
 }
 
 /// The turn that explains most pairs, `second_from_first`; `None` where there are too few.
-pub fn turn(pairs: &[Pair], search: &TwoViewSettings, key: DrawKey) -> Option<DQuat> {
+pub fn turn(pairs: &[BearingPair], search: &TwoViewSettings, key: DrawKey) -> Option<DQuat> {
     if pairs.len() < PAIRS_MIN {
         return None;
     }
@@ -150,7 +151,7 @@ pub fn turn(pairs: &[Pair], search: &TwoViewSettings, key: DrawKey) -> Option<DQ
 impl TwoView {
     /// Whether a map can start from these views. Fails with what stands against it.
     pub fn check(&self, points_min: usize, parallax_rad_min: f64) -> Result<(), Refusal> {
-        if self.model == Model::Rotation {
+        if self.model == TwoViewModel::Rotation {
             return Err(Refusal::PureRotation);
         }
         if self.points.iter().flatten().count() < points_min {
@@ -164,7 +165,7 @@ impl TwoView {
 }
 
 /// General motion by five-point samples, each refined under a kernel that narrows; the one of least truncated cost.
-fn general(pairs: &[Pair], search: &TwoViewSettings, key: DrawKey) -> Option<Pose> {
+fn general(pairs: &[BearingPair], search: &TwoViewSettings, key: DrawKey) -> Option<Pose> {
     let unit = 1.0 / (search.sigma_rad * search.sigma_rad);
     let found = sampled::<5, DMat3>(
         pairs,
@@ -173,8 +174,8 @@ fn general(pairs: &[Pair], search: &TwoViewSettings, key: DrawKey) -> Option<Pos
         from_essential,
     );
     let refined = |e: DMat3| {
-        let agrees = |pair: &&Pair| from_essential(&e, pair) * unit <= GATES[0];
-        let agreeing: Vec<Pair> = pairs.iter().filter(agrees).copied().collect();
+        let agrees = |pair: &&BearingPair| from_essential(&e, pair) * unit <= GATES[0];
+        let agreeing: Vec<BearingPair> = pairs.iter().filter(agrees).copied().collect();
         let start = before_both(&motions(&e), &agreeing).0;
         // Geman and McClure's kernel: smooth, so that no pair at the gate's edge holds the motion.
         let smooth = |motion: Pose, wide: &f64| {
@@ -196,7 +197,7 @@ fn general(pairs: &[Pair], search: &TwoViewSettings, key: DrawKey) -> Option<Pos
 }
 
 /// The homography of least truncated cost among refined samples.
-fn plane(pairs: &[Pair], search: &TwoViewSettings, key: DrawKey) -> Option<DMat3> {
+fn plane(pairs: &[BearingPair], search: &TwoViewSettings, key: DrawKey) -> Option<DMat3> {
     let found = sampled::<4, DMat3>(
         pairs,
         (search, key, GATES[1]),
@@ -212,7 +213,7 @@ fn plane(pairs: &[Pair], search: &TwoViewSettings, key: DrawKey) -> Option<DMat3
 }
 
 /// The rotation of least truncated cost among refined samples.
-fn rotation(pairs: &[Pair], search: &TwoViewSettings, key: DrawKey) -> Option<DMat3> {
+fn rotation(pairs: &[BearingPair], search: &TwoViewSettings, key: DrawKey) -> Option<DMat3> {
     let found = sampled::<2, DMat3>(
         pairs,
         (search, key, GATES[2]),
@@ -229,8 +230,8 @@ fn rotation(pairs: &[Pair], search: &TwoViewSettings, key: DrawKey) -> Option<DM
 /// The first of those with the least truncated cost.
 fn least(
     models: impl Iterator<Item = DMat3>,
-    pairs: &[Pair],
-    (distance2, unit, gate): (fn(&DMat3, &Pair) -> f64, f64, f64),
+    pairs: &[BearingPair],
+    (distance2, unit, gate): (fn(&DMat3, &BearingPair) -> f64, f64, f64),
 ) -> Option<DMat3> {
     let cost = |model: &DMat3| pairs.iter().map(|pair| lesser(distance2(model, pair) * unit, gate)).sum::<f64>();
     models.map(|model| (cost(&model), model)).reduce(|a, b| if b.0 < a.0 { b } else { a }).map(|best| best.1)
@@ -254,7 +255,7 @@ pub fn motions(e: &DMat3) -> [Pose; 4] {
 }
 
 /// The motion that leaves most points before both cameras, with their number and the runner-up.
-fn before_both(motions: &[Pose], pairs: &[Pair]) -> (Pose, usize, Option<(Pose, usize)>) {
+fn before_both(motions: &[Pose], pairs: &[BearingPair]) -> (Pose, usize, Option<(Pose, usize)>) {
     let mut best: (Pose, usize, Option<(Pose, usize)>) = (Pose::IDENTITY, 0, None);
     for (number, motion) in motions.iter().enumerate() {
         let count = pairs.iter().filter(|pair| triangulated(motion, pair).is_some()).count();
@@ -270,7 +271,7 @@ fn before_both(motions: &[Pose], pairs: &[Pair]) -> (Pose, usize, Option<(Pose, 
 
 /// The motions that explain a homography, the better one first. Both are refined by the epipolar distance over all pairs: few
 /// scenes are all plane, and points off the plane separate the two.
-fn plane_motions(h: &DMat3, (pairs, agreeing): (&[Pair], &[Pair]), unit: f64) -> (Pose, Option<Pose>) {
+fn plane_motions(h: &DMat3, (pairs, agreeing): (&[BearingPair], &[BearingPair]), unit: f64) -> (Pose, Option<Pose>) {
     let before =
         |normal: DVec3| 2 * agreeing.iter().filter(|pair| normal.dot(pair.first) > 0.0).count() > agreeing.len();
     let possible: Vec<Pose> = homography::motions(h)
@@ -299,7 +300,7 @@ fn plane_motions(h: &DMat3, (pairs, agreeing): (&[Pair], &[Pair]), unit: f64) ->
 }
 
 /// The point of a pair in the first camera's frame, in baselines; `None` behind either camera, and for parallel rays.
-pub fn triangulated(second_from_first: &Pose, pair: &Pair) -> Option<DVec3> {
+pub fn triangulated(second_from_first: &Pose, pair: &BearingPair) -> Option<DVec3> {
     let (turned, t) = (second_from_first.rotation * pair.first, second_from_first.translation_m);
     let normal = pair.second.cross(turned);
     let sine2 = normal.length_squared();
@@ -309,15 +310,16 @@ pub fn triangulated(second_from_first: &Pose, pair: &Pair) -> Option<DVec3> {
 }
 
 fn assembled(
-    model: Model,
+    model: TwoViewModel,
     (second_from_first, alternative): (Pose, Option<Pose>),
-    (pairs, agrees): (&[Pair], Vec<bool>),
+    (pairs, agrees): (&[BearingPair], Vec<bool>),
     criteria: [f64; 3],
 ) -> TwoView {
-    let point = |(pair, agrees): (&Pair, &bool)| agrees.then(|| triangulated(&second_from_first, pair)).flatten();
+    let point =
+        |(pair, agrees): (&BearingPair, &bool)| agrees.then(|| triangulated(&second_from_first, pair)).flatten();
     let points: Vec<Option<DVec3>> = pairs.iter().zip(&agrees).map(point).collect();
     // Rays that do not meet before both cameras are parallel to within noise: no parallax.
-    let angle = |pair: &Pair| {
+    let angle = |pair: &BearingPair| {
         let turned = second_from_first.rotation * pair.first;
         libm::atan2(turned.cross(pair.second).length(), turned.dot(pair.second))
     };
@@ -331,10 +333,10 @@ fn assembled(
 /// Models of least truncated cost among those that samples of `N` pairs give (MSAC, Torr and Zisserman 2000): the best
 /// last, before it those that it outdid.
 fn sampled<const N: usize, M: Copy>(
-    pairs: &[Pair],
+    pairs: &[BearingPair],
     (search, key, gate): (&TwoViewSettings, DrawKey, f64),
-    solve: impl Fn(&[Pair; N]) -> Vec<M>,
-    distance2: impl Fn(&M, &Pair) -> f64,
+    solve: impl Fn(&[BearingPair; N]) -> Vec<M>,
+    distance2: impl Fn(&M, &BearingPair) -> f64,
 ) -> Vec<M> {
     let mut stream = key.stream();
     let unit = 1.0 / (search.sigma_rad * search.sigma_rad);

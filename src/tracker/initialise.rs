@@ -1,10 +1,10 @@
 //! Initialises the map, from one frame of cameras with overlapping views or from two frames. The first frame's body is the origin.
 
-use super::answer::{Status, TrackedFrame, Work, unlocated};
+use super::answer::{Status, TrackedFrame, TrackerWork, unlocated};
 use super::extend::{self, Growth, adjust_window};
 use super::map::Map;
 pub use super::params::UNPROVEN_NOISE;
-use super::rig::View;
+use super::rig::CameraKeypoints;
 use super::start::Initialisation;
 use super::state::{LastKeyframe, MapHistory, TrackerState};
 use super::sweep::{Moving, VelocityModel};
@@ -23,8 +23,8 @@ const PROVEN_NOISE: f64 = 2.0;
 
 impl Tracker {
     /// Starts a map from this frame, or from this one and an earlier one. Gives the next state.
-    pub(super) fn initialise(&mut self, frame: (f64, &[View])) -> (TrackerState, TrackedFrame) {
-        let mut work = Work::default();
+    pub(super) fn initialise(&mut self, frame: (f64, &[CameraKeypoints])) -> (TrackerState, TrackedFrame) {
+        let mut work = TrackerWork::default();
         if let Some(imu_filter) = &mut self.imu_filter {
             imu_filter.reset();
         }
@@ -45,7 +45,11 @@ impl Tracker {
     }
 
     /// A map from one frame of cameras that see the same; gives the body's motion and the number of landmarks.
-    fn start_by_depth(&mut self, (t_s, views): (f64, &[View]), work: &mut Work) -> Option<(VelocityModel, u32)> {
+    fn start_by_depth(
+        &mut self,
+        (t_s, views): (f64, &[CameraKeypoints]),
+        work: &mut TrackerWork,
+    ) -> Option<(VelocityModel, u32)> {
         if views.len() < 2 {
             return None;
         }
@@ -62,7 +66,11 @@ impl Tracker {
     }
 
     /// A map from this frame and an earlier one.
-    fn start_by_motion(&mut self, (t_s, views): (f64, &[View]), work: &mut Work) -> Option<(VelocityModel, u32)> {
+    fn start_by_motion(
+        &mut self,
+        (t_s, views): (f64, &[CameraKeypoints]),
+        work: &mut TrackerWork,
+    ) -> Option<(VelocityModel, u32)> {
         let key = DrawKey::root(self.params.seed).with(DRAWS).with(self.frame).with(3);
         let stage = Initialisation { cameras: &self.cameras, params: &self.params, frame: self.frame, key };
         let begun = self.mono_initialiser.take(&stage, (t_s, views), work)?;
@@ -70,7 +78,7 @@ impl Tracker {
         self.pending.clear();
         extend::begin(&mut map, (&begun, t_s, self.frame), &self.params, &mut self.pending);
         let mut state = adjust_window(&mut map, (&self.cameras, &self.params), None, work)?;
-        if views.iter().any(View::sweeps) {
+        if views.iter().any(CameraKeypoints::sweeps) {
             for _ in 0..SWEPT_ROUNDS {
                 extend::refine_rates(&mut map, &self.cameras, &begun);
                 state = adjust_window(&mut map, (&self.cameras, &self.params), None, work)?;

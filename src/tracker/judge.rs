@@ -4,7 +4,7 @@ use super::localiser::{LandmarkMatch, LocalisedPose};
 use super::locate::{MEDIAN_SIGMAS2, NARROW_PX};
 use super::preintegrate::filter::ImuPrediction;
 use super::refine::{WITHIN_PIXEL_PX, upper_median};
-use super::rig::View;
+use super::rig::CameraKeypoints;
 use super::state::LastKeyframe;
 use super::sweep::Moving;
 use super::{Inlier, Tracker};
@@ -23,7 +23,7 @@ const NOISE_FRAMES: f64 = 15.0;
 
 /// Quality of a pose.
 #[derive(Clone, Copy, Debug)]
-pub struct Judgement {
+pub struct PoseQuality {
     /// Single-picture position sigma given the map.
     pub single_picture_sigma_m: Option<f64>,
     /// Whether landmarks may be made from it.
@@ -49,14 +49,14 @@ impl Tracker {
     }
 
     /// Judges a pose. A certain IMU prediction makes it sound.
-    pub(super) fn judge(&mut self, located: &LocalisedPose, imu_is_sure: bool) -> Judgement {
+    pub(super) fn judge(&mut self, located: &LocalisedPose, imu_is_sure: bool) -> PoseQuality {
         let single_picture_sigma_m = located.single_picture_sigma_m;
         let is_sound = imu_is_sure || self.is_sound(located, single_picture_sigma_m);
         self.weak_frames = if is_sound { 0 } else { self.weak_frames + 1 };
         let sigma_m = single_picture_sigma_m.unwrap_or(self.usual_sigma_m);
         let usual_m = if self.usual_sigma_m > 0.0 { self.usual_sigma_m } else { sigma_m };
         self.usual_sigma_m = usual_m + (sigma_m - usual_m) / USUAL_FRAMES;
-        Judgement { single_picture_sigma_m, is_sound }
+        PoseQuality { single_picture_sigma_m, is_sound }
     }
 
     /// Whether a pose is certain enough to create landmarks, which inherit its error.
@@ -74,7 +74,7 @@ impl Tracker {
     /// Estimates the keypoint noise from the median residual of a frame. Corners of few-bit pictures jump by a pixel; with the
     /// configured noise their landmarks look too certain, and later matches are rejected. The residuals of a false map grow
     /// without limit, so the noise that the initialisation showed is the upper bound.
-    fn learn_noise(&mut self, views: &[View], located: &LocalisedPose) {
+    fn learn_noise(&mut self, views: &[CameraKeypoints], located: &LocalisedPose) {
         if !self.depends_on_motion() {
             return;
         }
@@ -95,7 +95,7 @@ impl Tracker {
 
     /// Counts predicted and matched landmarks for culling, and updates the noise. Gives the inliers and the number of distinct
     /// landmarks.
-    pub(super) fn account(&mut self, views: &[View], located: &LocalisedPose) -> (Vec<Inlier>, u32) {
+    pub(super) fn account(&mut self, views: &[CameraKeypoints], located: &LocalisedPose) -> (Vec<Inlier>, u32) {
         self.learn_noise(views, located);
         for &number in &located.in_view {
             self.map.landmarks[number].predicted += 1;
@@ -117,7 +117,12 @@ impl Tracker {
         (located.inliers.iter().map(inlier).collect(), different)
     }
 
-    pub(super) fn innovation_px(&self, views: &[View], located: &LocalisedPose, predicted: &Moving) -> Option<f64> {
+    pub(super) fn innovation_px(
+        &self,
+        views: &[CameraKeypoints],
+        located: &LocalisedPose,
+        predicted: &Moving,
+    ) -> Option<f64> {
         let distance_px = |found: &LandmarkMatch| {
             let keypoint = &views[index(found.camera.0)].keypoints[found.keypoint];
             let landmark_m = predicted.at(keypoint.offset_s).point(self.map.landmarks[found.landmark].position_m);

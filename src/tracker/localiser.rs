@@ -3,7 +3,7 @@
 use super::map::Map;
 use super::params::TrackerParams;
 use super::prior::PosePrior;
-use super::rig::{RigCamera, View};
+use super::rig::{CameraKeypoints, RigCamera};
 use super::sweep::{Moving, RatePrior, VelocityModel};
 use crate::units::CameraIndex;
 use nalgebra::Matrix6;
@@ -39,7 +39,7 @@ pub struct Localiser<'a> {
     /// The rig.
     pub cameras: &'a [RigCamera],
     /// One view a camera.
-    pub views: &'a [View],
+    pub views: &'a [CameraKeypoints],
     /// Landmarks to find.
     pub map: &'a Map,
     /// The tracker's parameters.

@@ -3,7 +3,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::answer::Work;
+use super::answer::TrackerWork;
 pub use super::localiser::{LandmarkMatch, LocalisedPose, Localiser};
 use super::prior::PosePrior;
 use crate::draw::DrawKey;
@@ -12,9 +12,9 @@ use crate::tracker::map::Landmark;
 use crate::tracker::matching::{Best, Distances, MatchRule, one_to_one};
 use crate::tracker::ransac::{RansacSettings, search};
 use crate::tracker::refine::{
-    Known, Measurement, StudentT, errors2, information, refine_with, single_picture_sigma_m, upper_median,
+    FramePriors, PointMeasurement, StudentT, errors2, information, refine_with, single_picture_sigma_m, upper_median,
 };
-use crate::tracker::rig::View;
+use crate::tracker::rig::CameraKeypoints;
 use crate::tracker::shift;
 use crate::tracker::sweep::{Moving, RatePrior};
 use crate::units::CameraIndex;
@@ -48,7 +48,7 @@ const PROVEN_FACTOR: u32 = 2;
 
 impl Localiser<'_> {
     /// Finds the pose near a prediction; `None` where the landmarks do not support one.
-    pub fn near(&self, predicted: &Moving, work: &mut Work) -> Option<LocalisedPose> {
+    pub fn near(&self, predicted: &Moving, work: &mut TrackerWork) -> Option<LocalisedPose> {
         let params = self.params;
         let rule = MatchRule { distance_max: params.distance_bits_max, ratio_max: 0.85 };
         // Texture that repeats within the radius pulls a whole frame one period aside: the search stays near what most landmarks vote for.
@@ -80,7 +80,7 @@ impl Localiser<'_> {
     }
 
     /// Finds the pose by descriptors alone, among the landmarks seen since a frame.
-    pub fn anywhere(&self, seen_since: u64, key: DrawKey, work: &mut Work) -> Option<LocalisedPose> {
+    pub fn anywhere(&self, seen_since: u64, key: DrawKey, work: &mut TrackerWork) -> Option<LocalisedPose> {
         let landmarks: Vec<usize> =
             (0..self.map.landmarks.len()).filter(|&l| self.map.landmarks[l].last_frame >= seen_since).collect();
         let (start, support) = self.recognise(&landmarks, key, work)?;
@@ -88,7 +88,7 @@ impl Localiser<'_> {
     }
 
     /// The pose from which some landmarks are seen, by descriptors alone, and its number of inliers.
-    pub fn recognise(&self, landmarks: &[usize], key: DrawKey, work: &mut Work) -> Option<(Moving, u32)> {
+    pub fn recognise(&self, landmarks: &[usize], key: DrawKey, work: &mut TrackerWork) -> Option<(Moving, u32)> {
         let found: Vec<LandmarkMatch> =
             (0..self.views.len()).flat_map(|camera| self.look_alikes(camera, landmarks, work)).collect();
         let measurements = self.measurements(&found);
@@ -114,7 +114,7 @@ impl Localiser<'_> {
         &self,
         state: &Moving,
         landmarks: &[usize],
-        work: &mut Work,
+        work: &mut TrackerWork,
     ) -> Option<(Moving, Vec<LandmarkMatch>)> {
         let rule = MatchRule { distance_max: self.params.distance_bits_max, ratio_max: 0.95 };
         let (found, _) = self.search_among(landmarks.iter().copied(), state, SECOND_RADIUS_PX, rule, work);
@@ -123,7 +123,7 @@ impl Localiser<'_> {
 
     /// Searches again closely around a pose, which must keep its support. Wrong poses lose theirs here: chance matches do
     /// not line up within a few pixels.
-    fn confirm(&self, state: &Moving, support: u32, work: &mut Work) -> Option<LocalisedPose> {
+    fn confirm(&self, state: &Moving, support: u32, work: &mut TrackerWork) -> Option<LocalisedPose> {
         let rule = MatchRule { distance_max: self.params.distance_bits_max, ratio_max: 0.95 };
         let (found, in_view) = self.search(state, SECOND_RADIUS_PX, rule, work);
         let count = u32_from(found.len());
@@ -150,7 +150,7 @@ impl Localiser<'_> {
         &self,
         start: &Moving,
         found: Vec<LandmarkMatch>,
-        work: &mut Work,
+        work: &mut TrackerWork,
     ) -> Option<(Moving, Vec<LandmarkMatch>)> {
         let (mut state, mut kept) = (*start, found);
         for _ in 0..2 {
@@ -161,7 +161,7 @@ impl Localiser<'_> {
             let held = if u32_from(proven.len()) >= PROVEN_FACTOR * self.params.inliers_min { &proven } else { &kept };
             let measurements = self.measurements(held);
             let prior = self.rate_prior(&state);
-            let known = Known { rate: prior.as_ref(), pose: self.prior.as_ref(), least_px: self.least_px };
+            let known = FramePriors { rate: prior.as_ref(), pose: self.prior.as_ref(), least_px: self.least_px };
             let (refined, iterations) = refine_with(self.cameras, &measurements, &state, known, REFINE_ITERATIONS_MAX);
             work.pose_iterations += iterations;
             state = refined;
@@ -179,7 +179,7 @@ impl Localiser<'_> {
     }
 
     fn sweeps(&self) -> bool {
-        self.views.iter().any(View::sweeps)
+        self.views.iter().any(CameraKeypoints::sweeps)
     }
 
     /// Prior of the rate; `None` with a global shutter.
@@ -197,7 +197,7 @@ impl Localiser<'_> {
         state: &Moving,
         radius_px: f64,
         rule: MatchRule,
-        work: &mut Work,
+        work: &mut TrackerWork,
     ) -> (Vec<LandmarkMatch>, Vec<usize>) {
         self.search_among(0..self.map.landmarks.len(), state, radius_px, rule, work)
     }
@@ -208,7 +208,7 @@ impl Localiser<'_> {
         state: &Moving,
         radius_px: f64,
         rule: MatchRule,
-        work: &mut Work,
+        work: &mut TrackerWork,
     ) -> (Vec<LandmarkMatch>, Vec<usize>) {
         let rotation = DMat3::from_quat(state.body_from_world.rotation);
         let mut pairs = vec![Vec::new(); self.views.len()];
@@ -244,7 +244,7 @@ impl Localiser<'_> {
     }
 
     /// The landmark that each keypoint of a camera resembles most, where no other resembles it as much.
-    fn look_alikes(&self, camera: usize, landmarks: &[usize], work: &mut Work) -> Vec<LandmarkMatch> {
+    fn look_alikes(&self, camera: usize, landmarks: &[usize], work: &mut TrackerWork) -> Vec<LandmarkMatch> {
         let rule = MatchRule { distance_max: self.params.distance_bits_max, ratio_max: 0.8 };
         let keypoints = &self.views[camera].keypoints;
         let mut pairs = Vec::new();
@@ -274,10 +274,10 @@ impl Localiser<'_> {
     }
 
     /// Measurements of the matched landmarks.
-    pub fn measurements(&self, found: &[LandmarkMatch]) -> Vec<Measurement> {
+    pub fn measurements(&self, found: &[LandmarkMatch]) -> Vec<PointMeasurement> {
         let measurement = |found: &LandmarkMatch| {
             let keypoint = &self.views[index(found.camera.0)].keypoints[found.keypoint];
-            Measurement {
+            PointMeasurement {
                 camera: found.camera,
                 point_in_world_m: self.map.landmarks[found.landmark].position_m,
                 place_px: keypoint.place_px,

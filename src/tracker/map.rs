@@ -8,7 +8,7 @@ use crate::num::{f64_from_u64, index, u32_from};
 use crate::pose::Pose;
 use crate::tracker::lie::{Sim3, Twist};
 use crate::tracker::matching::Descriptor;
-use crate::tracker::preintegrate::chain::Node;
+use crate::tracker::preintegrate::chain::WindowKeyframe;
 use crate::tracker::rig::RigCamera;
 use crate::tracker::sweep::Moving;
 use crate::units::CameraIndex;
@@ -119,11 +119,11 @@ pub struct AdjustmentWindow<'a> {
 
 impl AdjustmentWindow<'_> {
     /// Its keyframes as a chain of inertial steps knows them.
-    pub fn nodes(&self, map: &Map) -> Vec<Node> {
+    pub fn nodes(&self, map: &Map) -> Vec<WindowKeyframe> {
         let node = |(number, &keyframe): (usize, &usize)| {
             let held = &map.keyframes[keyframe];
             let free = (number < self.problem.free).then(|| u32_from(number));
-            Node { keyframe: held.id, body_from_world: held.state.body_from_world, free }
+            WindowKeyframe { keyframe: held.id, body_from_world: held.state.body_from_world, free }
         };
         self.keyframes.iter().enumerate().map(node).collect()
     }

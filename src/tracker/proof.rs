@@ -8,7 +8,7 @@
 
 use glam::DVec3;
 
-use super::answer::Work;
+use super::answer::TrackerWork;
 use super::depth::{MONO_DEPTH_M, median_depth};
 use super::params::TrackerParams;
 use super::problem::{Observation, Problem};
@@ -16,10 +16,10 @@ use crate::draw::DrawKey;
 use crate::num::{f64_from_usize, greater, index, lesser, u32_from, u64_from};
 use crate::pose::Pose;
 use crate::tracker::initial::models::{essential, from_essential};
-use crate::tracker::initial::{Model, PAIRS_MIN, Pair, TwoView, TwoViewSettings, triangulated, two_view};
+use crate::tracker::initial::{BearingPair, PAIRS_MIN, TwoView, TwoViewModel, TwoViewSettings, triangulated, two_view};
 use crate::tracker::lie::Twist;
 use crate::tracker::locate::MEDIAN_SIGMAS2;
-use crate::tracker::refine::{Measurement, refine, upper_median};
+use crate::tracker::refine::{PointMeasurement, refine, upper_median};
 use crate::tracker::rig::{Keypoint, RigCamera};
 use crate::tracker::sweep::{Moving, mean_rate};
 use crate::tracker::unit::solve_in_unit;
@@ -73,7 +73,7 @@ pub struct VerifiedPath {
 
 impl Hypothesis<'_> {
     /// The verified path; `None` if the motion is not certain.
-    pub fn prove(&self, found: &TwoView, key: DrawKey, work: &mut Work) -> Option<VerifiedPath> {
+    pub fn prove(&self, found: &TwoView, key: DrawKey, work: &mut TrackerWork) -> Option<VerifiedPath> {
         let all: Vec<usize> = self.pairs().iter().map(|pair| pair.0).collect();
         let motions = [Some(found.second_from_first), found.alternative];
         let mut paths: Vec<VerifiedPath> =
@@ -93,10 +93,10 @@ impl Hypothesis<'_> {
     }
 
     /// Where every other pair alone has the last view.
-    fn half(&self, all: &[usize], half: usize, key: DrawKey, work: &mut Work) -> Option<Pose> {
+    fn half(&self, all: &[usize], half: usize, key: DrawKey, work: &mut TrackerWork) -> Option<Pose> {
         let own: Vec<usize> = all.iter().skip(half).step_by(2).copied().collect();
         let alone =
-            two_view(&self.of_tracks(&own), &self.search, key).filter(|alone| alone.model != Model::Rotation)?;
+            two_view(&self.of_tracks(&own), &self.search, key).filter(|alone| alone.model != TwoViewModel::Rotation)?;
         let motions = [Some(alone.second_from_first), alone.alternative].into_iter().flatten();
         let paths = motions.filter_map(|motion| self.path(&own, &motion, work));
         paths.reduce(|a, b| if b.cost < a.cost { b } else { a })?.poses.last().copied()
@@ -116,21 +116,21 @@ impl Hypothesis<'_> {
         Some(&self.views[view].keypoints[pairs[at].1])
     }
 
-    fn of_tracks(&self, tracks: &[usize]) -> Vec<Pair> {
+    fn of_tracks(&self, tracks: &[usize]) -> Vec<BearingPair> {
         let last = self.views.len() - 1;
         let pair = |&track: &usize| {
-            Some(Pair { first: self.keypoint(0, track)?.straight, second: self.keypoint(last, track)?.straight })
+            Some(BearingPair { first: self.keypoint(0, track)?.straight, second: self.keypoint(last, track)?.straight })
         };
         tracks.iter().filter_map(pair).collect()
     }
 
     /// The path through all views that begins with a motion between the first and the last.
-    fn path(&self, tracks: &[usize], motion: &Pose, work: &mut Work) -> Option<VerifiedPath> {
+    fn path(&self, tracks: &[usize], motion: &Pose, work: &mut TrackerWork) -> Option<VerifiedPath> {
         let pairs = self.of_tracks(tracks);
         let mounting = self.cameras[0].calibration.body_from_camera;
         let gate = GATE_SIGMAS2 * self.search.sigma_rad * self.search.sigma_rad;
         let e = essential(motion);
-        let point = |(&track, pair): (&usize, &Pair)| {
+        let point = |(&track, pair): (&usize, &BearingPair)| {
             let agrees = from_essential(&e, pair) <= gate;
             agrees.then(|| triangulated(motion, pair)).flatten().map(|point| (track, point))
         };
@@ -167,7 +167,7 @@ impl Hypothesis<'_> {
             }
             let measurement = |&(track, point_in_world_m): &(usize, DVec3)| {
                 let keypoint = self.keypoint(view, track)?;
-                Some(Measurement {
+                Some(PointMeasurement {
                     camera: CameraIndex(0),
                     point_in_world_m,
                     place_px: keypoint.place_px,
@@ -175,7 +175,7 @@ impl Hypothesis<'_> {
                     offset_s: keypoint.offset_s,
                 })
             };
-            let measurements: Vec<Measurement> = points_m.iter().filter_map(measurement).collect();
+            let measurements: Vec<PointMeasurement> = points_m.iter().filter_map(measurement).collect();
             refine(self.cameras, &measurements, &self.moving(view, guess, last), None, 20).0.body_from_world
         };
         self.views.iter().enumerate().map(pose).collect()
@@ -323,7 +323,7 @@ mod tests {
         let search = TwoViewSettings { sigma_rad: params.place_sigma_px / 320.0, samples_max: 400, confidence: 0.999 };
         let hypothesis = Hypothesis { cameras: &cameras, params: &params, views: &views, search };
         let found = two_view(&hypothesis.of_tracks(&(0..100).collect::<Vec<_>>()), &search, key)?;
-        hypothesis.prove(&found, key, &mut Work::default())
+        hypothesis.prove(&found, key, &mut TrackerWork::default())
     }
 
     #[test]

@@ -7,7 +7,7 @@ use crate::draw::DrawKey;
 use crate::num::{f64_from_usize, index, u32_from};
 use crate::pose::Pose;
 use crate::tracker::p3p;
-use crate::tracker::refine::{Measurement, errors2};
+use crate::tracker::refine::{PointMeasurement, errors2};
 use crate::tracker::rig::RigCamera;
 use crate::tracker::sweep::Moving;
 use crate::units::CameraIndex;
@@ -39,7 +39,7 @@ pub struct Consensus {
 /// Searches; `None` where no sample gave a pose. Samples are drawn within one camera, votes are counted over all.
 pub fn search(
     cameras: &[RigCamera],
-    (measurements, bearings): (&[Measurement], &[DVec3]),
+    (measurements, bearings): (&[PointMeasurement], &[DVec3]),
     key: DrawKey,
     limits: RansacSettings,
 ) -> Option<Consensus> {
@@ -111,7 +111,7 @@ mod tests {
             let place_px = cameras[0].project_with_jacobian(in_body_m).unwrap().0 + DVec2::new(wrong_px, -wrong_px);
             let point_in_world_m = truth.inverse().point(in_body_m);
             let (camera, inverse_sigma, offset_s) = (CameraIndex(0), 1.0, 0.0);
-            measurements.push(Measurement { camera, point_in_world_m, place_px, inverse_sigma, offset_s });
+            measurements.push(PointMeasurement { camera, point_in_world_m, place_px, inverse_sigma, offset_s });
             bearings.push(lens.unproject(place_px).unwrap());
         }
         let found = |key| search(&cameras, (&measurements, &bearings), DrawKey(key), LIMITS).unwrap();

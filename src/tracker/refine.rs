@@ -17,7 +17,7 @@ use crate::units::CameraIndex;
 
 /// A point of the map found on a picture.
 #[derive(Clone, Copy, Debug)]
-pub struct Measurement {
+pub struct PointMeasurement {
     /// Camera of the rig.
     pub camera: CameraIndex,
     /// The point in metres.
@@ -178,9 +178,9 @@ impl ErrorModel {
 }
 
 /// Squared errors of all measurements, in sigmas.
-pub fn errors2(cameras: &[RigCamera], measurements: &[Measurement], state: &Moving) -> Vec<f64> {
+pub fn errors2(cameras: &[RigCamera], measurements: &[PointMeasurement], state: &Moving) -> Vec<f64> {
     let rotation = DMat3::from_quat(state.body_from_world.rotation);
-    let error2 = |m: &Measurement| {
+    let error2 = |m: &PointMeasurement| {
         let in_body_m = rotation * m.point_in_world_m + state.body_from_world.translation_m;
         let at_row_m = if m.offset_s == 0.0 { in_body_m } else { state.row_from_frame(m.offset_s).point(in_body_m) };
         let projected = cameras[index(m.camera.0)].place(at_row_m);
@@ -193,7 +193,7 @@ pub fn errors2(cameras: &[RigCamera], measurements: &[Measurement], state: &Movi
 
 /// Priors of rate and pose.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Known<'a> {
+pub struct FramePriors<'a> {
     /// Prior of the rate; without one, the rate stays fixed.
     pub rate: Option<&'a RatePrior>,
     /// Nothing where it is missing.
@@ -207,17 +207,17 @@ const POSE: usize = 6;
 const BOTH: usize = 12;
 
 /// Normal equations; the first `n` rows and columns of a 12 x 12 matrix are in use, packed to n x n.
-struct Normal {
+struct FrameEquations {
     n: usize,
     matrix: [f64; BOTH * BOTH],
     side: [f64; BOTH],
 }
 
 /// The problem of one frame.
-struct Fit<'a> {
+struct FrameProblem<'a> {
     cameras: &'a [RigCamera],
-    measurements: &'a [Measurement],
-    known: Known<'a>,
+    measurements: &'a [PointMeasurement],
+    known: FramePriors<'a>,
     law: StudentT,
 }
 
@@ -225,25 +225,25 @@ struct Fit<'a> {
 /// solution leaves the pose where damping holds it.
 pub fn refine(
     cameras: &[RigCamera],
-    measurements: &[Measurement],
+    measurements: &[PointMeasurement],
     start: &Moving,
     prior: Option<&RatePrior>,
     iterations_max: u32,
 ) -> (Moving, u32) {
-    refine_with(cameras, measurements, start, Known { rate: prior, ..Known::default() }, iterations_max)
+    refine_with(cameras, measurements, start, FramePriors { rate: prior, ..FramePriors::default() }, iterations_max)
 }
 
 /// The same with what is known of the pose. The deviation's own Jacobian is taken as one: a prior that matters is narrow.
 pub fn refine_with(
     cameras: &[RigCamera],
-    measurements: &[Measurement],
+    measurements: &[PointMeasurement],
     start: &Moving,
-    known: Known<'_>,
+    known: FramePriors<'_>,
     iterations_max: u32,
 ) -> (Moving, u32) {
     let law = StudentT::of(&errors2(cameras, measurements, start))
         .no_narrower(known.least_px, measurements.iter().map(|m| m.inverse_sigma));
-    let fit = Fit { cameras, measurements, known, law };
+    let fit = FrameProblem { cameras, measurements, known, law };
     let mut state = *start;
     let mut cost_now = fit.cost(&state);
     let mut damping = 1e-4;
@@ -274,7 +274,7 @@ pub fn refine_with(
 /// taken out.
 pub fn information(
     cameras: &[RigCamera],
-    measurements: &[Measurement],
+    measurements: &[PointMeasurement],
     state: &Moving,
     prior: Option<&RatePrior>,
     law: StudentT,
@@ -282,7 +282,7 @@ pub fn information(
     if measurements.is_empty() {
         return Matrix6::zeros();
     }
-    let fit = Fit { cameras, measurements, known: Known { rate: prior, ..Known::default() }, law };
+    let fit = FrameProblem { cameras, measurements, known: FramePriors { rate: prior, ..FramePriors::default() }, law };
     let normal = fit.normal_equations(state, |_| TAILED_INFORMATION / law.scale2);
     let n = normal.n;
     let at = |i: usize, j: usize| normal.matrix[i.max(j) * n + i.min(j)];
@@ -304,7 +304,7 @@ pub fn single_picture_sigma_m(information: &Matrix6<f64>) -> Option<f64> {
     variance_m2.is_finite().then(|| variance_m2.sqrt())
 }
 
-impl Fit<'_> {
+impl FrameProblem<'_> {
     fn cost(&self, state: &Moving) -> f64 {
         let rate: f64 =
             self.known.rate.map_or(0.0, |prior| prior.error(&state.rate).iter().map(|error| error * error).sum());
@@ -314,7 +314,7 @@ impl Fit<'_> {
     }
 
     /// The state after a damped step, its cost, and the step's squared length.
-    fn damped_step(&self, state: &Moving, normal: &Normal, damping: f64) -> Option<(Moving, f64, f64)> {
+    fn damped_step(&self, state: &Moving, normal: &FrameEquations, damping: f64) -> Option<(Moving, f64, f64)> {
         let n = normal.n;
         let (mut matrix, mut step) = (normal.matrix, normal.side);
         for k in 0..n {
@@ -332,9 +332,9 @@ impl Fit<'_> {
         Some((next, self.cost(&next), step2))
     }
 
-    fn normal_equations(&self, state: &Moving, weight_of: impl Fn(f64) -> f64) -> Normal {
+    fn normal_equations(&self, state: &Moving, weight_of: impl Fn(f64) -> f64) -> FrameEquations {
         let n = if self.known.rate.is_some() { BOTH } else { POSE };
-        let mut normal = Normal { n, matrix: [0.0; BOTH * BOTH], side: [0.0; BOTH] };
+        let mut normal = FrameEquations { n, matrix: [0.0; BOTH * BOTH], side: [0.0; BOTH] };
         let rotation = DMat3::from_quat(state.body_from_world.rotation);
         for m in self.measurements {
             let in_body_m = rotation * m.point_in_world_m + state.body_from_world.translation_m;
@@ -373,7 +373,7 @@ impl Fit<'_> {
     }
 }
 
-impl Normal {
+impl FrameEquations {
     /// Adds one scalar error over the first `N = n` unknowns; a number that is known in advance unrolls the loops.
     fn add<const N: usize>(&mut self, row: &[f64; BOTH], weight: f64, error: f64) {
         for i in 0..N {

@@ -126,7 +126,7 @@ pub struct Keypoint {
 
 /// What one camera saw, with a grid of buckets over its picture.
 #[derive(Clone, Debug)]
-pub struct View {
+pub struct CameraKeypoints {
     /// Usable features in the order in which they came.
     pub keypoints: Vec<Keypoint>,
     /// Times of the rows.
@@ -141,7 +141,7 @@ pub struct View {
 /// Edge of a bucket.
 const BUCKET_PX: f64 = 16.0;
 
-impl View {
+impl CameraKeypoints {
     /// Takes the features that carry a descriptor, lie on the picture and have a bearing.
     pub fn new(camera: &RigCamera, features: &[Feature], clock: RowClock) -> Self {
         let size = camera.calibration.size;

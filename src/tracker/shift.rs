@@ -7,7 +7,7 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::answer::Work;
+use super::answer::TrackerWork;
 use super::localiser::Localiser;
 use crate::num::{index, u32_from, u64_from};
 use crate::pose::Pose;
@@ -24,7 +24,7 @@ const VOTES_MIN: u32 = 20;
 const VOTES_SHARE: u32 = 4;
 
 /// The prediction turned by the shift that most landmarks of the frame before vote for; `None` where the vote is not clear.
-pub fn turned(frame: &Localiser<'_>, predicted: &Moving, work: &mut Work) -> Option<Moving> {
+pub fn turned(frame: &Localiser<'_>, predicted: &Moving, work: &mut TrackerWork) -> Option<Moving> {
     let rotation = DMat3::from_quat(predicted.body_from_world.rotation);
     let recent: Vec<usize> =
         (0..frame.map.landmarks.len()).filter(|&l| frame.map.landmarks[l].last_frame + 1 >= frame.number).collect();

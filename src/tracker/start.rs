@@ -8,17 +8,17 @@
 
 use glam::{DQuat, DVec3};
 
-use super::answer::Work;
+use super::answer::TrackerWork;
 pub use super::depth::{MONO_DEPTH_M, median_depth};
 use super::params::TrackerParams;
 use crate::draw::DrawKey;
 use crate::num::{greater, lesser, u64_from};
 use crate::pose::Pose;
-use crate::tracker::initial::{Pair, Refusal, TwoViewSettings, turn, two_view};
+use crate::tracker::initial::{BearingPair, Refusal, TwoViewSettings, turn, two_view};
 use crate::tracker::lie::{Twist, se3_exp, so3_log};
 use crate::tracker::matching::{Best, MatchRule};
 use crate::tracker::proof::{self, Hypothesis, PathView};
-use crate::tracker::rig::{Keypoint, RigCamera, View};
+use crate::tracker::rig::{CameraKeypoints, Keypoint, RigCamera};
 use crate::tracker::sweep::{AT_REST, Moving, mean_rate};
 use crate::tracker::tracks::{Tracks, median_step_px};
 
@@ -42,7 +42,7 @@ const BETWEEN_MAX: usize = 12;
 struct InitialFrame {
     frame: u64,
     t_s: f64,
-    views: Vec<View>,
+    views: Vec<CameraKeypoints>,
     /// The body's rate of rotation, with a rolling shutter.
     rate: Option<Twist>,
 }
@@ -64,13 +64,13 @@ pub struct Begun {
     /// Time of the opening frame in seconds.
     pub first_t_s: f64,
     /// Its views, keypoints straight.
-    pub first_views: Vec<View>,
+    pub first_views: Vec<CameraKeypoints>,
     /// How the body moved when the opening frame was taken; the world is its frame.
     pub first: Moving,
     /// The same of this frame.
     pub second: Moving,
     /// Views of this frame, keypoints straight.
-    pub second_views: Vec<View>,
+    pub second_views: Vec<CameraKeypoints>,
     /// Camera that gave the points.
     pub camera: usize,
     /// Keypoint in the opening view, keypoint in this one, point in the world in metres.
@@ -93,9 +93,14 @@ pub struct Initialisation<'a> {
 
 impl MonoInitialiser {
     /// Takes a frame; gives two views where a map can start from them.
-    pub fn take(&mut self, stage: &Initialisation<'_>, (t_s, views): (f64, &[View]), work: &mut Work) -> Option<Begun> {
+    pub fn take(
+        &mut self,
+        stage: &Initialisation<'_>,
+        (t_s, views): (f64, &[CameraKeypoints]),
+        work: &mut TrackerWork,
+    ) -> Option<Begun> {
         let mut shot = InitialFrame { frame: stage.frame, t_s, views: views.to_vec(), rate: None };
-        let sweeps = views.iter().any(View::sweeps);
+        let sweeps = views.iter().any(CameraKeypoints::sweeps);
         let alone = views.len() == 1;
         if let Some(last) = self.last.as_ref().filter(|_| sweeps || alone) {
             let turning = stage.turn_rate(last, &shot, work);
@@ -150,8 +155,8 @@ impl MonoInitialiser {
 
 /// A start from two frames and the motion between them, with the points that a camera saw in both.
 fn begun(
-    (first, first_views): (&InitialFrame, Vec<View>),
-    (second, second_views): (&InitialFrame, Vec<View>),
+    (first, first_views): (&InitialFrame, Vec<CameraKeypoints>),
+    (second, second_views): (&InitialFrame, Vec<CameraKeypoints>),
     second_from_first: Pose,
     (camera, points): (usize, Vec<(usize, usize, DVec3)>),
 ) -> Begun {
@@ -179,7 +184,7 @@ impl Initialisation<'_> {
         first: &InitialFrame,
         second: &InitialFrame,
         (tracks, between): (&Tracks, &[(InitialFrame, Vec<(usize, usize)>)]),
-        work: &mut Work,
+        work: &mut TrackerWork,
     ) -> Result<Option<Begun>, ()> {
         let least = crate::num::index(self.params.start_landmarks_min);
         let numbers = tracks.pairs();
@@ -187,11 +192,11 @@ impl Initialisation<'_> {
             return Err(());
         }
         let (first_views, second_views) = (self.straight(first), self.straight(second));
-        let pair = |&(i, j): &(usize, usize)| Pair {
+        let pair = |&(i, j): &(usize, usize)| BearingPair {
             first: first_views[0].keypoints[i].straight,
             second: second_views[0].keypoints[j].straight,
         };
-        let own: Vec<Pair> = numbers.iter().map(pair).collect();
+        let own: Vec<BearingPair> = numbers.iter().map(pair).collect();
         let search = self.search(0, 1.0);
         let Some(found) = two_view(&own, &search, self.key) else { return Ok(None) };
         if found
@@ -229,7 +234,7 @@ impl Initialisation<'_> {
     }
 
     /// Two frames against each other: a start, none yet, or an opening that has too little in common with the present.
-    fn hold(&self, first: &InitialFrame, second: &InitialFrame, work: &mut Work) -> Result<Option<Begun>, ()> {
+    fn hold(&self, first: &InitialFrame, second: &InitialFrame, work: &mut TrackerWork) -> Result<Option<Begun>, ()> {
         let (first_views, second_views) = (self.straight(first), self.straight(second));
         let numbers: Vec<Vec<(usize, usize)>> = first_views
             .iter()
@@ -241,9 +246,9 @@ impl Initialisation<'_> {
         if numbers[best].len() < PAIRS_FACTOR * least {
             return Err(());
         }
-        let pairs = |camera: usize| -> Vec<Pair> {
+        let pairs = |camera: usize| -> Vec<BearingPair> {
             let (a, b) = (&first_views[camera].keypoints, &second_views[camera].keypoints);
-            numbers[camera].iter().map(|&(i, j)| Pair { first: a[i].straight, second: b[j].straight }).collect()
+            numbers[camera].iter().map(|&(i, j)| BearingPair { first: a[i].straight, second: b[j].straight }).collect()
         };
         let own = pairs(best);
         let Some(found) = two_view(&own, &self.search(best, 1.0), self.key) else { return Ok(None) };
@@ -251,7 +256,7 @@ impl Initialisation<'_> {
         if found.check(points_min, PARALLAX_RAD_MIN).is_err() {
             return Ok(None);
         }
-        let others: Vec<(usize, Vec<Pair>)> =
+        let others: Vec<(usize, Vec<BearingPair>)> =
             (0..numbers.len()).filter(|&camera| camera != best).map(|camera| (camera, pairs(camera))).collect();
         let scale = self.rig_scale(best, &found.second_from_first, &others);
         let Some(scale) = scale else { return Ok(None) };
@@ -271,7 +276,7 @@ impl Initialisation<'_> {
     }
 
     /// A shot's views with their keypoints at the frame's time.
-    fn straight(&self, shot: &InitialFrame) -> Vec<View> {
+    fn straight(&self, shot: &InitialFrame) -> Vec<CameraKeypoints> {
         let mut views = shot.views.clone();
         if let Some(rate) = shot.rate {
             let state = Moving { body_from_world: Pose::IDENTITY, rate };
@@ -281,12 +286,14 @@ impl Initialisation<'_> {
     }
 
     /// How fast the body turns between neighbouring frames, by the camera that has most to say.
-    fn turn_rate(&self, before: &InitialFrame, now: &InitialFrame, work: &mut Work) -> Option<Twist> {
-        let mut most: Option<(usize, Vec<Pair>)> = None;
+    fn turn_rate(&self, before: &InitialFrame, now: &InitialFrame, work: &mut TrackerWork) -> Option<Twist> {
+        let mut most: Option<(usize, Vec<BearingPair>)> = None;
         for (camera, (a, b)) in before.views.iter().zip(&now.views).enumerate() {
             let numbers = self.look_alikes(&a.keypoints, &b.keypoints, work);
-            let pair =
-                |&(i, j): &(usize, usize)| Pair { first: a.keypoints[i].bearing, second: b.keypoints[j].bearing };
+            let pair = |&(i, j): &(usize, usize)| BearingPair {
+                first: a.keypoints[i].bearing,
+                second: b.keypoints[j].bearing,
+            };
             if most.as_ref().is_none_or(|(_, held)| numbers.len() > held.len()) {
                 most = Some((camera, numbers.iter().map(pair).collect()));
             }
@@ -298,7 +305,7 @@ impl Initialisation<'_> {
     }
 
     /// Keypoints that resemble each other most, and clearly more than any third.
-    fn look_alikes(&self, first: &[Keypoint], second: &[Keypoint], work: &mut Work) -> Vec<(usize, usize)> {
+    fn look_alikes(&self, first: &[Keypoint], second: &[Keypoint], work: &mut TrackerWork) -> Vec<(usize, usize)> {
         let rule = MatchRule { distance_max: self.params.distance_bits_max, ratio_max: 0.8 };
         let (mut forward, mut backward) = (vec![Best::NONE; first.len()], vec![Best::NONE; second.len()]);
         for (i, a) in first.iter().enumerate() {
@@ -317,10 +324,10 @@ impl Initialisation<'_> {
     }
 
     /// Length in metres of one camera's unit baseline, from the other cameras' pairs; `None` if they do not determine it.
-    fn rig_scale(&self, reference: usize, motion: &Pose, others: &[(usize, Vec<Pair>)]) -> Option<f64> {
+    fn rig_scale(&self, reference: usize, motion: &Pose, others: &[(usize, Vec<BearingPair>)]) -> Option<f64> {
         let of = |camera: usize| self.cameras[camera].calibration.body_from_camera;
         let turn = (of(reference).rotation * motion.rotation * of(reference).rotation.conjugate()).normalize();
-        let mut lines: Vec<Line> = Vec::new();
+        let mut lines: Vec<ScaleLine> = Vec::new();
         for (camera, pairs) in others {
             let own = of(*camera);
             let to_camera = |v: DVec3| own.rotation.conjugate() * v;
@@ -331,7 +338,7 @@ impl Initialisation<'_> {
             lines.extend(pairs.iter().map(|pair| {
                 let turned = to_camera(turn * own.direction(pair.first));
                 let plane = turned.cross(pair.second);
-                Line { slope: by_scale.dot(plane), rest_m: rest_m.dot(plane), by_scale, held_m: rest_m, sigma_rad }
+                ScaleLine { slope: by_scale.dot(plane), rest_m: rest_m.dot(plane), by_scale, held_m: rest_m, sigma_rad }
             }));
         }
         common_root(&lines, crate::num::index(self.params.start_landmarks_min))
@@ -340,7 +347,7 @@ impl Initialisation<'_> {
 
 /// A pair's distance from its epipolar plane, `scale * slope + rest_m`, for a translation of `scale * by_scale + held_m`.
 #[derive(Clone, Copy, Debug)]
-struct Line {
+struct ScaleLine {
     slope: f64,
     rest_m: f64,
     by_scale: DVec3,
@@ -348,7 +355,7 @@ struct Line {
     sigma_rad: f64,
 }
 
-impl Line {
+impl ScaleLine {
     /// Noise of the distance at a scale.
     fn sigma_m(&self, scale: f64) -> f64 {
         greater((self.by_scale * scale + self.held_m).length(), 1e-9) * self.sigma_rad * std::f64::consts::SQRT_2
@@ -356,9 +363,9 @@ impl Line {
 }
 
 /// The scale that most lines agree on, refined; `None` where few agree, or where they agree on too wide a range.
-fn common_root(lines: &[Line], agreeing_min: usize) -> Option<f64> {
+fn common_root(lines: &[ScaleLine], agreeing_min: usize) -> Option<f64> {
     const GATE_SIGMAS2: f64 = 9.0;
-    let error2 = |line: &Line, scale: f64| {
+    let error2 = |line: &ScaleLine, scale: f64| {
         let error = (scale * line.slope + line.rest_m) / line.sigma_m(scale);
         error * error
     };
@@ -382,6 +389,6 @@ fn common_root(lines: &[Line], agreeing_min: usize) -> Option<f64> {
 }
 
 /// A view as the proof takes it, its keypoints straight where bearings of it are asked for.
-fn path_view<'a>(shot: &InitialFrame, views: &'a [View], pairs: &'a [(usize, usize)]) -> PathView<'a> {
+fn path_view<'a>(shot: &InitialFrame, views: &'a [CameraKeypoints], pairs: &'a [(usize, usize)]) -> PathView<'a> {
     PathView { t_s: shot.t_s, keypoints: &views[0].keypoints, rate: shot.rate, pairs }
 }

@@ -6,18 +6,18 @@
 
 use glam::{DQuat, DVec3};
 
-use super::answer::Work;
+use super::answer::TrackerWork;
 use super::params::TrackerParams;
 use crate::num::u64_from;
 use crate::tracker::matching::{Best, Descriptor, MatchRule, one_to_one};
-use crate::tracker::rig::{RigCamera, View};
+use crate::tracker::rig::{CameraKeypoints, RigCamera};
 
 /// Frames for which a corner that flickers is looked for where the turns have taken it.
 const MISSING_FRAMES_MAX: u32 = 15;
 
 /// A corner of the opening view.
 #[derive(Clone, Debug)]
-struct Track {
+struct CornerTrack {
     /// Where it is, or was taken by turns, in the camera's frame.
     bearing: DVec3,
     /// What it looked like at first and last.
@@ -30,13 +30,13 @@ struct Track {
 /// All corners of an opening view.
 #[derive(Clone, Debug, Default)]
 pub struct Tracks {
-    tracks: Vec<Track>,
+    tracks: Vec<CornerTrack>,
 }
 
 impl Tracks {
     /// Every keypoint of a view begins a track of its number.
-    pub fn of(view: &View) -> Self {
-        let track = |(number, keypoint): (usize, &crate::tracker::rig::Keypoint)| Track {
+    pub fn of(view: &CameraKeypoints) -> Self {
+        let track = |(number, keypoint): (usize, &crate::tracker::rig::Keypoint)| CornerTrack {
             bearing: keypoint.bearing,
             looks: [keypoint.descriptor; 2],
             missing: 0,
@@ -48,9 +48,9 @@ impl Tracks {
     /// Takes the next view; `turn` leads from the last camera to this one.
     pub fn follow(
         &mut self,
-        (camera, view, turn): (&RigCamera, &View, DQuat),
+        (camera, view, turn): (&RigCamera, &CameraKeypoints, DQuat),
         params: &TrackerParams,
-        work: &mut Work,
+        work: &mut TrackerWork,
     ) {
         let rule = MatchRule { distance_max: params.distance_bits_max, ratio_max: 0.8 };
         let mut pairs = Vec::new();
@@ -80,15 +80,15 @@ impl Tracks {
 
     /// Tracks that the present view shows: keypoint of the opening view, keypoint of this one.
     pub fn pairs(&self) -> Vec<(usize, usize)> {
-        let pair = |(number, track): (usize, &Track)| track.keypoint.map(|keypoint| (number, keypoint));
+        let pair = |(number, track): (usize, &CornerTrack)| track.keypoint.map(|keypoint| (number, keypoint));
         self.tracks.iter().enumerate().filter_map(pair).collect()
     }
 }
 
 /// Median distance in pixels between the places of the same tracks in two views; `None` where they share none.
 pub fn median_step_px(
-    (before, before_pairs): (&View, &[(usize, usize)]),
-    (now, now_pairs): (&View, &[(usize, usize)]),
+    (before, before_pairs): (&CameraKeypoints, &[(usize, usize)]),
+    (now, now_pairs): (&CameraKeypoints, &[(usize, usize)]),
 ) -> Option<f64> {
     let steps_px: Vec<f64> = shared(before_pairs, now_pairs)
         .map(|(_, i, j)| (now.keypoints[j].place_px - before.keypoints[i].place_px).length())

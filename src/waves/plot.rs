@@ -40,7 +40,7 @@ text{fill:var(--ink)}.s{fill:var(--soft);font-size:12px}.h{font-weight:650;font-
 type Curve = Vec<(u64, f64)>;
 
 /// One column over the line.
-struct Column<'a> {
+struct PlotColumn<'a> {
     name: &'a str,
     input_mv: Curve,
     comparator: Curve,
@@ -51,12 +51,12 @@ struct Column<'a> {
 
 /// From here to there, in picoseconds.
 #[derive(Clone, Copy)]
-struct Span {
+struct TimeSpan {
     start_ps: u64,
     end_ps: u64,
 }
 
-impl Span {
+impl TimeSpan {
     fn x_px(self, time_ps: u64) -> f64 {
         let inside_ps = time_ps.clamp(self.start_ps, self.end_ps) - self.start_ps;
         LEFT_PX + (RIGHT_PX - LEFT_PX) * f64_from_u64(inside_ps) / f64_from_u64(self.end_ps - self.start_ps)
@@ -69,10 +69,11 @@ pub fn svg(waves: &Waves, name: &str) -> String {
     let (start_ps, array_row) = row.first().copied().unwrap_or((0, 0.0));
     let next_ps = row.iter().find(|(time_ps, next)| *time_ps > start_ps && *next != array_row).map(|next| next.0);
     let end_ps = next_ps.or_else(|| unknown_after(waves, start_ps)).unwrap_or(waves.end_ps).max(start_ps + 1);
-    let span = Span { start_ps, end_ps };
+    let span = TimeSpan { start_ps, end_ps };
     let names: Vec<&str> =
         waves.signals.iter().filter(|signal| signal.name == "comparator").map(|signal| signal.scope.as_str()).collect();
-    let columns: Vec<Column<'_>> = names.iter().take(MOST_COLUMNS).map(|scope| column(waves, scope, span)).collect();
+    let columns: Vec<PlotColumn<'_>> =
+        names.iter().take(MOST_COLUMNS).map(|scope| column(waves, scope, span)).collect();
     let frame = value_at(waves, "frame", "number", start_ps).unwrap_or(0.0);
 
     let mut body = String::new();
@@ -102,13 +103,13 @@ fn unknown_after(waves: &Waves, start_ps: u64) -> Option<u64> {
     changes.into_iter().find(|(time_ps, value)| *time_ps > start_ps && *value == Value::Unknown).map(|change| change.0)
 }
 
-fn column<'a>(waves: &Waves, scope: &'a str, span: Span) -> Column<'a> {
+fn column<'a>(waves: &Waves, scope: &'a str, span: TimeSpan) -> PlotColumn<'a> {
     let curve = |name: &str, factor: f64| -> Curve {
         let values = curve_of(waves, scope, name, span.end_ps, span.start_ps);
         values.into_iter().map(|(time_ps, value)| (time_ps, factor * value)).collect()
     };
     let code = value_at(waves, scope, "code", span.end_ps - 1).map(u64_half_even);
-    Column {
+    PlotColumn {
         name: scope,
         input_mv: curve("comparator_input_uv", 1e-3),
         comparator: curve("comparator", 1.0),
@@ -159,7 +160,7 @@ fn text(body: &mut String, x_px: f64, y_px: f64, class: &str, words: &str) {
 }
 
 /// A band with the phases' names; gives the height where it ends.
-fn phases(body: &mut String, waves: &Waves, span: Span, top_px: f64) -> f64 {
+fn phases(body: &mut String, waves: &Waves, span: TimeSpan, top_px: f64) -> f64 {
     let phases = curve_of(waves, "sequencer", "phase", span.end_ps, span.start_ps);
     text(body, MARGIN_PX, top_px + 16.0, "l", "phase");
     for (place, &(time_ps, phase)) in phases.iter().enumerate() {
@@ -202,7 +203,7 @@ fn panel(
 }
 
 /// A curve of steps, thinned to what the panel can show; the last value goes on to the end.
-fn steps(body: &mut String, curve: &Curve, span: Span, y_px: &dyn Fn(f64) -> f64, attributes: &str) {
+fn steps(body: &mut String, curve: &Curve, span: TimeSpan, y_px: &dyn Fn(f64) -> f64, attributes: &str) {
     if curve.is_empty() {
         return;
     }
@@ -232,7 +233,7 @@ fn range_of<'a>(curves: impl Iterator<Item = &'a Curve>) -> (f64, f64) {
     values.fold((0.0, 0.0), |(least, most), value| (lesser(least, value), greater(most, value)))
 }
 
-fn ramp(body: &mut String, waves: &Waves, columns: &[Column<'_>], span: Span, top_px: f64) -> f64 {
+fn ramp(body: &mut String, waves: &Waves, columns: &[PlotColumn<'_>], span: TimeSpan, top_px: f64) -> f64 {
     let ramp_mv: Curve = curve_of(waves, "ramp", "ramp_uv", span.end_ps, span.start_ps)
         .into_iter()
         .map(|(time_ps, ramp_uv)| (time_ps, 1e-3 * ramp_uv))
@@ -256,7 +257,7 @@ fn rises(pin: &Curve) -> Vec<u64> {
     pin.windows(2).filter(|pair| pair[0].1 < 0.5 && pair[1].1 > 0.5).map(|pair| pair[1].0).collect()
 }
 
-fn comparators(body: &mut String, columns: &[Column<'_>], span: Span, top_px: f64) -> f64 {
+fn comparators(body: &mut String, columns: &[PlotColumn<'_>], span: TimeSpan, top_px: f64) -> f64 {
     text(body, MARGIN_PX, top_px - 8.0, "h", "Comparators");
     for (place, column) in columns.iter().enumerate() {
         let low_px = top_px + LANE_PX * f64_from_usize(place) + PULSE_PX + 4.0;
@@ -267,7 +268,7 @@ fn comparators(body: &mut String, columns: &[Column<'_>], span: Span, top_px: f6
     top_px + LANE_PX * f64_from_usize(columns.len())
 }
 
-fn counters(body: &mut String, columns: &[Column<'_>], span: Span, top_px: f64) -> f64 {
+fn counters(body: &mut String, columns: &[PlotColumn<'_>], span: TimeSpan, top_px: f64) -> f64 {
     let y_px =
         panel(body, ("Counters and codes", "LSB"), range_of(columns.iter().map(|column| &column.counter_lsb)), top_px);
     // Codes that would stand on each other move apart, from the bottom up.
@@ -286,7 +287,7 @@ fn counters(body: &mut String, columns: &[Column<'_>], span: Span, top_px: f64) 
 }
 
 /// Microseconds since the line's start; gives the height below them.
-fn axis(body: &mut String, span: Span, top_px: f64) -> f64 {
+fn axis(body: &mut String, span: TimeSpan, top_px: f64) -> f64 {
     let length_ps = span.end_ps - span.start_ps;
     for part in 0..=5 {
         let time_ps = length_ps / 5 * part;

@@ -71,40 +71,51 @@ fn setup(assignments: &[&str]) -> Setup {
     Setup::new(resolved, &NoFiles, &NoProgress).unwrap_or_else(|e| panic!("{assignments:?}: {e}"))
 }
 
-/// Keys of the photon store for the same exposures.
-fn keys(assignments: &[&str]) -> Vec<Option<String>> {
-    let setup = setup(assignments);
-    let of = |frame| setup.photon_keys(Place { frame: FrameIndex(frame), camera: 0 });
-    [of(0), of(3)].concat()
-}
+const FRAMES: [u32; 2] = [0, 3];
 
-fn photons(assignments: &[&str]) -> Vec<Vec<u32>> {
-    let setup = setup(assignments);
+fn photons_of(setup: &Setup) -> Vec<Vec<u32>> {
     let of = |frame| {
         let seen = setup.exposures_at(Place { frame: FrameIndex(frame), camera: 0 }).unwrap();
         seen.iter().flat_map(|exposure| exposure.photons.values().iter().map(|value| value.to_bits())).collect()
     };
-    vec![of(0), of(3)]
+    FRAMES.map(of).to_vec()
+}
+
+fn photons(assignments: &[&str]) -> Vec<Vec<u32>> {
+    photons_of(&setup(assignments))
+}
+
+/// Photons, and the keys of the photon store for the same exposures, with a key and what it needs beside the held ones.
+fn seen(assignment: Option<&str>) -> (Vec<Vec<u32>>, Vec<Option<String>>) {
+    let mut all = HELD.to_vec();
+    all.extend(assignment);
+    all.extend(assignment.map_or(&[][..], beside));
+    let setup = setup(&all);
+    let keys = FRAMES.map(|frame| setup.photon_keys(Place { frame: FrameIndex(frame), camera: 0 })).concat();
+    (photons_of(&setup), keys)
 }
 
 #[test]
-fn no_key_behind_the_lens_changes_a_photon_and_every_key_before_it_does() {
-    let held = photons(&HELD);
-    let mut tried = BTreeSet::new();
+fn no_key_behind_the_lens_changes_a_photon_or_a_key_of_their_store_and_every_key_before_it_changes_both() {
+    let (held, held_keys) = seen(None);
+    assert!(held_keys.len() == 2 && held_keys.iter().all(Option::is_some));
+    let (mut tried, mut cases) = (BTreeSet::new(), 0);
     for assignment in BEHIND.split_whitespace() {
-        let mut all = HELD.to_vec();
-        all.push(assignment);
-        all.extend(beside(assignment));
-        assert!(photons(&all) == held, "{assignment} changes photons");
+        let (photons, keys) = seen(Some(assignment));
+        assert!(photons == held, "{assignment} changes photons");
+        assert_eq!(keys, held_keys, "{assignment}");
         tried.insert(assignment.split_once('=').unwrap().0.to_owned());
+        cases += 1;
     }
+    let mut known = BTreeSet::from([held_keys]);
     for assignment in BEFORE.split_whitespace() {
-        let mut all = HELD.to_vec();
-        all.push(assignment);
-        all.extend(beside(assignment));
-        assert!(photons(&all) != held, "{assignment} changes no photon");
+        let (photons, keys) = seen(Some(assignment));
+        assert!(photons != held, "{assignment} changes no photon");
+        assert!(known.insert(keys), "{assignment} changes no key of the store, or two have one key");
         tried.insert(assignment.split_once('=').unwrap().0.to_owned());
+        cases += 1;
     }
+    assert!(cases > 128, "{cases}");
     // Every key of these sections was among them, so that none that comes later is forgotten.
     let resolved = Resolved::from_layers("photons.toml", TEXT, &[]).unwrap();
     let mut section = String::new();
@@ -128,21 +139,7 @@ const ROOM: &str = "[scene]\ngenerator = \"box\"\nbake = \"direct\"\n[sensor]\nw
 const LIMITS: [&str; 2] = ["scene.bake_rays_max=2e12", "scene.bake_memory_mb_max=5000.0"];
 
 #[test]
-fn keys_behind_the_lens_change_no_key_of_the_photon_store_and_keys_before_it_do() {
-    let held = keys(&HELD);
-    assert_eq!(held.len(), 2);
-    assert!(held.iter().all(Option::is_some));
-    let with = |assignment: &'static str| {
-        let mut all = HELD.to_vec();
-        all.push(assignment);
-        all.extend(beside(assignment));
-        keys(&all)
-    };
-    let mut tried = 0;
-    for assignment in BEHIND.split_whitespace() {
-        assert_eq!(with(assignment), held, "{assignment}");
-        tried += 1;
-    }
+fn what_a_bake_may_cost_changes_no_key_of_the_photon_store() {
     let in_room = |assignments: &[String]| {
         let resolved = Resolved::from_layers("room.toml", ROOM, assignments).unwrap();
         let setup = Setup::new(resolved, &NoFiles, &NoProgress).unwrap();
@@ -152,14 +149,7 @@ fn keys_behind_the_lens_change_no_key_of_the_photon_store_and_keys_before_it_do(
     assert!(room.iter().all(Option::is_some));
     for limit in LIMITS {
         assert_eq!(in_room(&[limit.to_owned()]), room, "{limit}");
-        tried += 1;
     }
-    let mut known = BTreeSet::from([held]);
-    for assignment in BEFORE.split_whitespace() {
-        assert!(known.insert(with(assignment)), "{assignment} changes no key, or two have one key");
-        tried += 1;
-    }
-    assert!(tried > 130, "{tried}");
 }
 
 /// What a key needs beside it so that the configuration is a whole one.

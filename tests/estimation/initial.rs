@@ -5,8 +5,8 @@ use sensel::draw::DrawKey;
 use sensel::num::u64_from;
 use sensel::pose::Pose;
 use sensel::tracker::initial::{
-    Model, PAIRS_MIN, Pair, Refusal, TwoView, TwoViewSettings, five_point, homography, models, motions, triangulated,
-    two_view,
+    BearingPair, PAIRS_MIN, Refusal, TwoView, TwoViewModel, TwoViewSettings, five_point, homography, models, motions,
+    triangulated, two_view,
 };
 use sensel::tracker::lie::so3_exp;
 
@@ -27,14 +27,14 @@ fn cloud(key: DrawKey, count: usize, plane: bool) -> Vec<DVec3> {
 }
 
 /// Noisy pairs, the first `wrong` share of them false.
-fn pairs(points: &[DVec3], motion: &Pose, (noise_rad, wrong): (f64, f64), key: DrawKey) -> Vec<Pair> {
+fn pairs(points: &[DVec3], motion: &Pose, (noise_rad, wrong): (f64, f64), key: DrawKey) -> Vec<BearingPair> {
     let count = points.len();
     let noisy = |bearing: DVec3, key: DrawKey| (bearing.normalize() + normals(key) * noise_rad).normalize();
     let pair = |(n, point): (usize, &DVec3)| {
         let key = key.with(u64_from(n));
         let false_one = sensel::num::f64_from_usize(n) < wrong * sensel::num::f64_from_usize(count);
         let other = if false_one { *point + normals(key.with(3)) * 1.5 } else { *point };
-        Pair { first: noisy(*point, key.with(1)), second: noisy(motion.point(other), key.with(2)) }
+        BearingPair { first: noisy(*point, key.with(1)), second: noisy(motion.point(other), key.with(2)) }
     };
     points.iter().enumerate().map(pair).collect()
 }
@@ -135,7 +135,7 @@ fn a_scene_with_depth_is_general_motion_with_a_third_of_the_pairs_wrong() {
     for seed in 0..12 {
         let truth = hand(DrawKey::root(seed), 0.4);
         let view = solved(seed, (&cloud(DrawKey::root(seed).with(9), 200, false), &truth), 0.33);
-        assert_eq!(view.model, Model::General, "seed {seed}: {:?}", view.criteria);
+        assert_eq!(view.model, TwoViewModel::General, "seed {seed}: {:?}", view.criteria);
         // 0.09 degrees a bearing, 134 of them, five unknowns that lean on each other (a turn about y against a shift along x)
         // by a factor of 12: 0.1 degrees, the direction by some 10 times that in radians. Five times both.
         let off_deg = degrees(&view.second_from_first, &truth);
@@ -158,7 +158,7 @@ fn a_plane_is_called_a_plane_and_one_of_its_motions_is_true() {
     for seed in 0..20 {
         let truth = hand(DrawKey::root(seed), 0.4);
         let view = solved(seed, (&cloud(DrawKey::root(seed).with(9), 200, true), &truth), 0.2);
-        assert_eq!(view.model, Model::Plane, "seed {seed}: {:?}", view.criteria);
+        assert_eq!(view.model, TwoViewModel::Plane, "seed {seed}: {:?}", view.criteria);
         let candidates = [Some(view.second_from_first), view.alternative];
         let off_deg = candidates.iter().flatten().map(|found| degrees(found, &truth)).fold(f64::INFINITY, f64::min);
         // The decomposition takes roots of differences: 0.03 degrees become a few tenths.
@@ -178,7 +178,7 @@ fn turning_on_the_spot_is_called_a_rotation_and_starts_no_map() {
         for turn in [0.0, 0.02, 0.4] {
             let truth = Pose::new(so3_exp(DVec3::new(0.3, 0.9, -0.3).normalize() * turn), DVec3::ZERO);
             let view = solved(seed, (&cloud(DrawKey::root(seed).with(9), 150, false), &truth), 0.3);
-            assert_eq!(view.model, Model::Rotation, "seed {seed}, {turn} rad: {:?}", view.criteria);
+            assert_eq!(view.model, TwoViewModel::Rotation, "seed {seed}, {turn} rad: {:?}", view.criteria);
             // 0.13 degrees a pair and axis over sqrt(105): 0.013 aside, and over the bearings' lever of 0.4 about the
             // axis: 0.03. Five times that.
             assert!(degrees(&view.second_from_first, &truth) < 0.17, "seed {seed}");
@@ -219,12 +219,12 @@ fn scenes_that_determine_nothing_end_without_a_motion_or_a_panic() {
     if let Some(view) = two_view(&on_line, &SEARCH, DrawKey::root(3)) {
         assert!(view.second_from_first.rotation.is_finite() && view.criteria.iter().any(|c| c.is_finite()));
     }
-    let same = vec![Pair { first: DVec3::Z, second: DVec3::Z }; 50];
+    let same = vec![BearingPair { first: DVec3::Z, second: DVec3::Z }; 50];
     assert!(two_view(&same, &SEARCH, DrawKey::root(3)).is_none(), "one bearing says nothing");
     assert!(two_view(&same[..PAIRS_MIN - 1], &SEARCH, DrawKey::root(3)).is_none());
     assert!(two_view(&[], &SEARCH, DrawKey::root(3)).is_none());
-    let noise: Vec<Pair> = (0..100)
-        .map(|n| Pair {
+    let noise: Vec<BearingPair> = (0..100)
+        .map(|n| BearingPair {
             first: normals(DrawKey::root(n)).normalize(),
             second: normals(DrawKey::root(n + 500)).normalize(),
         })
@@ -241,8 +241,10 @@ fn points_behind_a_camera_and_at_infinity_are_not_triangulated() {
     for n in 1..=200 {
         let z = normal(DrawKey::root(n)) * 5.0;
         let point = DVec3::new(DrawKey::root(n + 900).uniform() - 0.5, 0.3, z);
-        let pair =
-            Pair { first: (point * z.signum()).normalize(), second: (motion.point(point) * z.signum()).normalize() };
+        let pair = BearingPair {
+            first: (point * z.signum()).normalize(),
+            second: (motion.point(point) * z.signum()).normalize(),
+        };
         let found = triangulated(&motion, &pair);
         if z > 0.0 {
             assert!((found.unwrap() - point).length() < 1e-9 * (1.0 + point.length_squared()));
@@ -253,5 +255,8 @@ fn points_behind_a_camera_and_at_infinity_are_not_triangulated() {
         }
     }
     assert!(before > 50 && not > 50);
-    assert!(triangulated(&motion, &Pair { first: DVec3::Z, second: DVec3::Z }).is_none(), "parallel rays meet nowhere");
+    assert!(
+        triangulated(&motion, &BearingPair { first: DVec3::Z, second: DVec3::Z }).is_none(),
+        "parallel rays meet nowhere"
+    );
 }

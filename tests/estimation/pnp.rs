@@ -8,7 +8,7 @@ use sensel::tracker::lie::{Twist, se3_exp};
 use sensel::tracker::p3p;
 use sensel::tracker::ransac::{RansacSettings, search};
 use sensel::tracker::refine::{
-    Known, Measurement, StudentT, UNSEEN_SIGMAS2, WITHIN_PIXEL_PX, errors2, information, refine, refine_with,
+    FramePriors, PointMeasurement, StudentT, UNSEEN_SIGMAS2, WITHIN_PIXEL_PX, errors2, information, refine, refine_with,
 };
 use sensel::tracker::rig::RigCamera;
 use sensel::tracker::sweep::Moving;
@@ -31,12 +31,12 @@ fn truth(seed: u64) -> Pose {
 }
 
 /// Exact places of points of the body's frame; those that cannot be seen get a place anyway, as a false match would.
-fn measured(in_body_m: &[DVec3], truth: &Pose) -> (Vec<Measurement>, Vec<DVec3>) {
+fn measured(in_body_m: &[DVec3], truth: &Pose) -> (Vec<PointMeasurement>, Vec<DVec3>) {
     let cameras = cameras();
     let one = |point: &DVec3| {
         let seen = cameras[0].project_with_jacobian(*point).map(|(place_px, _)| place_px);
         let place_px = seen.unwrap_or(DVec2::new(100.0, 200.0));
-        let m = Measurement {
+        let m = PointMeasurement {
             camera: CameraIndex(0),
             point_in_world_m: truth.inverse().point(*point),
             place_px,
@@ -122,7 +122,7 @@ fn points_at_infinity_fix_the_turn_and_leave_the_place() {
         assert!((0..3).all(|k| information[(k, k)] < 1e-9 * information[(3, 3)]), "seed {seed}: {information}");
         // A few near ones among them fix the place again.
         let (some, _) = measured(&near[..8], &truth);
-        let mixed: Vec<Measurement> = measurements.iter().chain(&some).copied().collect();
+        let mixed: Vec<PointMeasurement> = measurements.iter().chain(&some).copied().collect();
         let (found, _) = refine(&cameras(), &mixed, &Moving::resting(start), None, 30);
         assert!(apart(&found.body_from_world, &truth) < 1e-6, "seed {seed}: {}", apart(&found.body_from_world, &truth));
         tried += 1;
@@ -189,18 +189,18 @@ fn corners_that_stick_to_their_pixels_do_not_outvote_those_that_follow() {
     for seed in 1..=20 {
         let truth = truth(seed);
         let (exact, _) = measured(&spread(seed, 300), &truth);
-        let shifted: Vec<Measurement> = exact
+        let shifted: Vec<PointMeasurement> = exact
             .iter()
             .enumerate()
             .map(|(n, m)| {
                 let slope = parts[usize::from(n % 3 == 0)].1;
-                Measurement { place_px: m.place_px + DVec2::new(slope * shift_px, 0.0), ..*m }
+                PointMeasurement { place_px: m.place_px + DVec2::new(slope * shift_px, 0.0), ..*m }
             })
             .collect();
         let found = |least_px: f64| {
-            let known = Known { least_px, ..Known::default() };
+            let known = FramePriors { least_px, ..FramePriors::default() };
             let (pose, _) = refine_with(&cameras(), &shifted, &Moving::resting(truth), known, 50);
-            let place = |m: &Measurement| {
+            let place = |m: &PointMeasurement| {
                 let in_body_m = pose.body_from_world.point(m.point_in_world_m);
                 cameras()[0].project_with_jacobian(in_body_m).unwrap().0.x
             };

@@ -6,7 +6,8 @@ use sensel::draw::{DrawKey, RowPlace, fill_uniforms};
 use sensel::effect::{ArrayPass, Effect, KeptKeys, RowPass};
 use sensel::num::{f32_nearest, f64_from_usize, i64_truncated};
 use sensel::pixel::{
-    Blooming, DarkCurrent, FullWell, ImageLag, PixelParams, RtsNoise, Samples, Sampling, dark_charge_e, ktc_noise,
+    Blooming, DarkCurrent, FullWell, ImageLag, PixelParams, RtsNoise, SampleTiming, SampledLevels, dark_charge_e,
+    ktc_noise,
 };
 use sensel::plane::Plane;
 use sensel::units::{BOLTZMANN_J_PER_K, CameraIndex, ELEMENTARY_CHARGE_C, FrameIndex, RowIndex, Size};
@@ -224,7 +225,7 @@ fn reset_noise(stage: &mut Stage) {
         let heat = dd(0.85) * dd(BOLTZMANN_J_PER_K) * dd(temperature_k) / dd(ELEMENTARY_CHARGE_C);
         let exact = (heat * dd(gain) * dd(1e6)).sqrt();
         if temperature_k == 0.0 {
-            let none = ktc_noise(&params, Samples::Signal).is_none();
+            let none = ktc_noise(&params, SampledLevels::Signal).is_none();
             case.hold(1, none && found == 0.0, || format!("{found} uV at 0 K"));
         } else {
             let at = || format!("{gain} uV/e-, {temperature_k} K: {found}");
@@ -276,7 +277,7 @@ fn telegraph(stage: &mut Stage) {
     let count = 60_000;
     for (side, rts_rate_hz) in [(0, 1e-12), (0, 1e-13), (1, 100.0), (1, 1e4), (2, 1e9)] {
         let params = PixelParams { rts_ppm: 1e6, rts_amplitude_uv: 100.0, rts_rate_hz, ..params() };
-        let sampling = Sampling { samples: Samples::Difference, interval_s: 1e-5 };
+        let sampling = SampleTiming { samples: SampledLevels::Difference, interval_s: 1e-5 };
         let effect = RtsNoise::from_params(&params, sampling).expect("traps are heard");
         let mut row = vec![0.0_f32; count];
         through(&*effect, &mut row, &mut [], [0.01, 0.0]);

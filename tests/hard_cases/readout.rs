@@ -4,7 +4,7 @@ use sensel::adc::{AdcParams, Cds};
 use sensel::config::Resolved;
 use sensel::link::{LinkParams, Mode, RowPeriod};
 use sensel::num::{f64_from_u64, low_u16};
-use sensel::readout::{Exposure, FrameClock, HdrMerge, ReadoutParams, Schedule, Shutter, Trigger};
+use sensel::readout::{ExposureSetting, FrameClock, HdrMerge, ReadoutParams, Schedule, Shutter, Trigger};
 use sensel::units::{CameraIndex, Clocks, FrameIndex, Size};
 
 use super::double_double::{dd, whole};
@@ -32,7 +32,7 @@ fn clocks_in_seconds(stage: &mut Stage) {
         let ppb = if number % 2 == 0 { 0 } else { i64::try_from(chance.below(2_000_001)).unwrap() - 1_000_000 };
         let params = ReadoutParams {
             clock_ppb: vec![ppb],
-            ..ReadoutParams::plain(Shutter::Rolling, 1000, 1000, rate_hz, Exposure::Lines(1))
+            ..ReadoutParams::plain(Shutter::Rolling, 1000, 1000, rate_hz, ExposureSetting::Lines(1))
         };
         let clock = FrameClock::new(&params, CameraIndex(0), Clocks(1_000_000));
         let count =
@@ -60,7 +60,7 @@ fn triggered_frames(stage: &mut Stage) {
         let base = ReadoutParams {
             clock_ppb: vec![ppb],
             sync_skew_ns: vec![skew],
-            ..ReadoutParams::plain(Shutter::Rolling, 1000, 1000, rate_hz, Exposure::Lines(1))
+            ..ReadoutParams::plain(Shutter::Rolling, 1000, 1000, rate_hz, ExposureSetting::Lines(1))
         };
         let frame = sensel::num::low_u32(chance.below(1_000_000));
         let frame_clk = 1 + chance.below(1 << 40);
@@ -120,7 +120,7 @@ fn half_lines(stage: &mut Stage) {
         let is_tie = above % below == 0;
         let parts = above / below + if number % 4 == 0 { 1 } else { 0 };
         let exposure_us = whole(parts).f64() / 1_048_576.0;
-        let params = ReadoutParams::plain(Shutter::Rolling, hts, 1000, rate_hz, Exposure::Us(exposure_us));
+        let params = ReadoutParams::plain(Shutter::Rolling, hts, 1000, rate_hz, ExposureSetting::Us(exposure_us));
         let schedule = Schedule::new(size, &params, &adc, 0.0).unwrap_or_else(|error| panic!("{error}"));
         let (found, exact) = (schedule.exposure_lines(), exact_lines(parts, hts, rate_hz));
         let line_is_exact = 1_000_000 * i128::from(hts) % i128::from(rate_hz) == 0 || {

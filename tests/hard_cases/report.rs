@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use sensel::num::{f64_from_usize, greater};
 use sensel::pose::{Pose, TimedPose};
-use sensel::report::align::{Scale, umeyama};
+use sensel::report::align::{AlignmentScale, umeyama};
 use sensel::report::spread::interval_of_rms;
 use sensel::report::trajectory_figures;
 
@@ -69,13 +69,13 @@ fn alignments(stage: &mut Stage) {
         let motion =
             Pose::new(sensel::tracker::lie::so3_exp(chance.direction() * chance.between(0.0, 3.0)), chance.direction());
         let truth: Vec<DVec3> = estimate.iter().map(|&point| motion.point(point)).collect();
-        let found = umeyama(&truth, &estimate, Scale::Kept);
+        let found = umeyama(&truth, &estimate, AlignmentScale::Kept);
         match number % 5 {
             side @ 1..=3 => case.hold(side, found.is_err(), || format!("{found:?}")),
             side => {
                 // Mirrored points have a best rotation as well: a proper one, never the mirror.
                 let mirrored: Vec<DVec3> = truth.iter().map(|p| DVec3::new(-p.x, p.y, p.z)).collect();
-                let flipped = umeyama(&mirrored, &estimate, Scale::Kept).unwrap();
+                let flipped = umeyama(&mirrored, &estimate, AlignmentScale::Kept).unwrap();
                 let rows = flipped.rotation.map(DVec3::from_array);
                 let error = (rows[0].dot(rows[1].cross(rows[2])) - 1.0).abs();
                 case.see(4, error, 40.0 * ROUND, || format!("determinant {}", 1.0 - error));

@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 use sensel::num::{f64_from_usize, greater, lesser};
 use sensel::pose::Pose;
 use sensel::tracker::dense::solve_cholesky;
-use sensel::tracker::initial::{Pair, triangulated};
+use sensel::tracker::initial::{BearingPair, triangulated};
 use sensel::tracker::lie::so3_exp;
 use sensel::tracker::p3p;
 use sensel::tracker::polynomial::{positive_roots, real_roots};
@@ -181,9 +181,9 @@ fn far_points(stage: &mut Stage) {
         let motion = Pose::new(turn, DVec3::new(chance.between(0.5, 1.0), chance.between(-0.5, 0.5), 0.1).normalize());
         let sign = if side == 2 { -1.0 } else { 1.0 };
         let pair = if side == 3 {
-            Pair { first: point.normalize(), second: turn * point.normalize() }
+            BearingPair { first: point.normalize(), second: turn * point.normalize() }
         } else {
-            Pair { first: sign * point.normalize(), second: sign * motion.point(point).normalize() }
+            BearingPair { first: sign * point.normalize(), second: sign * motion.point(point).normalize() }
         };
         let found = triangulated(&motion, &pair);
         if side >= 2 {

@@ -8,7 +8,7 @@ use sensel::error::Error;
 use sensel::link::{Mode, Packet, decode};
 use sensel::num::f64_from_u64;
 use sensel::report::Report;
-use sensel::report::html::{Pictures, html};
+use sensel::report::html::{FramePictures, html};
 use sensel::run::{Assets, NoClock, NoFiles, NoProgress, SensorSetup, Session, Setup};
 
 const BOX: &str = include_str!("../../scenes/box/scene.toml");
@@ -89,7 +89,7 @@ fn rows_every_third_frame_save_bits_and_energy_and_no_feature() {
     let found: f64 = third.frames.iter().map(|frame| f64::from(frame.found)).sum::<f64>() / 7.0;
     assert!(saved_bits >= rows_bits - 1.0 && saved_bits < rows_bits + 18.0 * 8.0 * found, "{saved_bits}, {rows_bits}");
     assert!(third.energy.blocks.get("link").unwrap() < every.energy.blocks.get("link").unwrap());
-    let html = html(&third, &Pictures::default());
+    let html = html(&third, &FramePictures::default());
     assert!(html.contains("Frames that carried rows"));
 }
 
@@ -112,7 +112,7 @@ fn flipped_bits_are_counted_in_the_report_and_no_false_feature_reaches_the_track
     println!("{link:?}");
     assert!(link.packets_refused > 20 && link.rows_lost > 20 && link.frames_damaged > 4);
     assert_eq!(link.packets_refused, link.headers_refused + link.payloads_refused + link.packets_cut_short);
-    let html = html(&noisy, &Pictures::default());
+    let html = html(&noisy, &FramePictures::default());
     for row in ["Bits flipped on the way", "Headers corrected", "Payloads refused", "Rows lost", "Frames damaged"] {
         assert!(html.contains(row), "{row}");
     }

@@ -6,7 +6,7 @@ use sensel::energy::EnergyAccount;
 use sensel::events::{Event, Events};
 use sensel::plane::Plane;
 use sensel::pose::{Pose, TimedPose};
-use sensel::report::html::{Mark, Picture, Pictures};
+use sensel::report::html::{FramePicture, FramePictures, Mark};
 use sensel::report::latency_record::{LatencyStep, Waterfall};
 use sensel::report::record::{
     Bandwidth, ExtractorClocks, FactRecord, FeatureFigures, FrameRecord, Hashes, LinkRecord, OmittedEffect, Phase,
@@ -328,7 +328,7 @@ fn shade(x: f64, y: f64, shift: f64) -> f64 {
     (60.0 + 120.0 * tile) * (1.0 - libm::hypot(x - 320.0, y - 240.0) / 700.0)
 }
 
-pub fn pictures() -> Pictures {
+pub fn pictures() -> FramePictures {
     let size = Size { width_px: 640, height_px: 480 };
     let picture = |(caption, shift): (&str, f64)| {
         let value = |i: usize| {
@@ -341,12 +341,12 @@ pub fn pictures() -> Pictures {
             y_px: f64::from(i * 104_729 % 440) + 20.0,
             tracked: !i.is_multiple_of(3),
         };
-        Picture { values, caption: caption.to_owned(), marks: (0..160).map(mark).collect() }
+        FramePicture { values, caption: caption.to_owned(), marks: (0..160).map(mark).collect() }
     };
     let frames = [
         ("Left camera, frame 0, 0.00 s", 0.0),
         ("Left camera, frame 150, 5.00 s", 40.0),
         ("Left camera, frame 299, 9.97 s", 90.0),
     ];
-    Pictures { strip: frames.into_iter().map(picture).collect(), waves: Some("waves.svg".to_owned()) }
+    FramePictures { strip: frames.into_iter().map(picture).collect(), waves: Some("waves.svg".to_owned()) }
 }

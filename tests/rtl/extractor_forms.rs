@@ -5,10 +5,10 @@ use super::cases::Random;
 use super::extractor_play::{Case, Times, play};
 use rtl_models::extractor_core::front_config;
 use rtl_models::extractor_rows::{ExtractorHost, ExtractorRows, row_corners};
-use rtl_models::fx_back::{Candidate, CellList, Engine, FxBackMemory, FxBackToggles, FxCounts, Policy, Record};
+use rtl_models::fx_back::{CellList, Engine, FxBackMemory, FxBackToggles, FxCounts, Policy, QueuedCorner, Record};
 use rtl_models::fx_front_rows::{self, FrontRows, FrontRowsMemory, RowCorner};
 use sensel::compute::{
-    Counts, ExtractorParams, Feature, Overflow, Pattern, Pixels, Rank, Records, Sequence, Smoothing, Word,
+    ExtractorCounts, ExtractorParams, Feature, Overflow, PairPattern, Pixels, Rank, Records, Sequence, Smoothing, Word,
 };
 use sensel::plane::Plane;
 use sensel::units::Size;
@@ -28,7 +28,7 @@ pub fn params(case: &Case) -> ExtractorParams {
         subpixel: config.subpixel,
         angle_bits: settings.angle_bits,
         descriptor_bits: config.desc_bits,
-        pattern: if config.symmetric { Pattern::Symmetric } else { Pattern::Gaussian },
+        pattern: if config.symmetric { PairPattern::Symmetric } else { PairPattern::Gaussian },
         engines: config.engines,
         fifo_depth: config.fifo_depth,
         overflow: match settings.policy {
@@ -80,7 +80,7 @@ pub fn functional<W: Word>(case: &Case, pictures: &[Vec<u16>]) -> (Told, u64) {
         let taken = sequence.take();
         told.features.extend(taken.iter().map(|record| (record.feature, record.frame % 2 == 1, record.out_clk)));
     };
-    let mut counts = Counts::default();
+    let mut counts = ExtractorCounts::default();
     for picture in pictures {
         let words = picture.iter().map(|&word| W::low(word.into())).collect();
         end_clk = sequence.frame(Plane::from_values(size, words), &mut pixels, &mut records);
@@ -89,8 +89,8 @@ pub fn functional<W: Word>(case: &Case, pictures: &[Vec<u16>]) -> (Told, u64) {
     }
     sequence.finish(&mut records);
     take(&mut sequence);
-    let Counts { dropped, late, .. } = sequence.counts();
-    let Counts { corners, without_patch, unselected, stalled_clk, not_ready_clk, .. } = counts;
+    let ExtractorCounts { dropped, late, .. } = sequence.counts();
+    let ExtractorCounts { corners, without_patch, unselected, stalled_clk, not_ready_clk, .. } = counts;
     // The clocked count is of all corners.
     told.corners = corners + without_patch;
     (told.without_patch, told.unselected, told.dropped, told.late) = (without_patch, unselected, dropped, late);
@@ -133,7 +133,7 @@ pub fn by_rows<T: fx_front_rows::Word>(case: &Case, pictures: &[Vec<u16>]) -> (T
     let front =
         FrontRowsMemory { pixels: &mut kept, differences: &mut differences, scratch: &mut scratch, sums: &mut sums };
     let (mut lists, mut ring) = (vec![CellList::default(); config.lists()], vec![0x5A; config.ring_pixels()]);
-    let mut queue = vec![Candidate::default(); usize::try_from(config.fifo_depth).unwrap()];
+    let mut queue = vec![QueuedCorner::default(); usize::try_from(config.fifo_depth).unwrap()];
     let mut engines = vec![Engine::default(); usize::try_from(config.engines).unwrap()];
     let back = FxBackMemory { lists: &mut lists, ring: &mut ring, queue: &mut queue, engines: &mut engines };
     let mut corners = vec![RowCorner::default(); row_corners(config.max_width)];

@@ -3,8 +3,8 @@
 use super::cases::Random;
 use rtl_models::extractor_core::{ExtractorCore, ExtractorIn, ExtractorOut, back_pins, front_config};
 use rtl_models::fx_back::{
-    Candidate, CellList, Engine, FxBackConfig, FxBackIn, FxBackMemory, FxBackOut, FxBackToggles, FxCounts, FxSettings,
-    Policy, Record,
+    CellList, Engine, FxBackConfig, FxBackIn, FxBackMemory, FxBackOut, FxBackToggles, FxCounts, FxSettings, Policy,
+    QueuedCorner, Record,
 };
 use rtl_models::fx_front::{FxFrontMemory, FxFrontOut, line_words};
 
@@ -86,7 +86,7 @@ pub struct Memories {
     ranks: Vec<u16>,
     lists: Vec<CellList>,
     ring: Vec<u16>,
-    queue: Vec<Candidate>,
+    queue: Vec<QueuedCorner>,
     engines: Vec<Engine>,
 }
 
@@ -100,7 +100,7 @@ impl Memories {
             ranks: vec![7; if config.harris { words } else { 0 }],
             lists: vec![CellList::default(); config.lists()],
             ring: vec![0x5A; config.ring_pixels()],
-            queue: vec![Candidate::default(); index(config.fifo_depth)],
+            queue: vec![QueuedCorner::default(); index(config.fifo_depth)],
             engines: vec![Engine::default(); index(config.engines)],
         }
     }

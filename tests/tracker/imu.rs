@@ -6,7 +6,7 @@ use sensel::num::{f64_from_i64, f64_from_u64};
 use sensel::pose::Pose;
 use sensel::tracker::lie::{so3_exp, so3_log};
 use sensel::tracker::preintegrate::Bias;
-use sensel::tracker::preintegrate::chain::Node;
+use sensel::tracker::preintegrate::chain::WindowKeyframe;
 use sensel::tracker::{ImuCalibration, ImuFilter, ImuMeasurement, Noise, Status, TrackedFrame, Tracker, TrackerParams};
 
 use super::synthetic::{Hardship, RATE_HZ, World, lively, mono_rig, normal, score};
@@ -230,7 +230,7 @@ fn steps_between_keyframes_hold_neighbours_together_and_leave_the_window_free() 
     imu_filter.add_imu_readings(&readings(lively, 0.5, 7));
     let picture = nalgebra::Matrix6::from_fn(|i, j| if i == j { if i < 3 { 4e6 } else { 1e7 } } else { 0.0 });
     let all = readings(lively, 4.1, 7);
-    let mut nodes: Vec<Node> = Vec::new();
+    let mut nodes: Vec<WindowKeyframe> = Vec::new();
     for number in 0..=120 {
         let t_s = f64_from_u64(number) / RATE_HZ;
         let before = all.partition_point(|reading| reading.t_s <= t_s - 1.0 / RATE_HZ);
@@ -243,7 +243,7 @@ fn steps_between_keyframes_hold_neighbours_together_and_leave_the_window_free() 
             if let Some(last) = nodes.last() {
                 imu_filter.link((last.keyframe, f64::from(last.keyframe) * 6.0 / RATE_HZ), (keyframe, t_s));
             }
-            nodes.push(Node { keyframe, body_from_world, free: u32::try_from(nodes.len()).ok() });
+            nodes.push(WindowKeyframe { keyframe, body_from_world, free: u32::try_from(nodes.len()).ok() });
         }
     }
     assert_eq!(nodes.len(), 10);

@@ -28,7 +28,7 @@ pub struct Session {
     frame: Option<Frame>,
     /// What the probe reads of the last frame; computed when it is asked for.
     taken: Option<Taken>,
-    noise: Option<noise::Parts>,
+    noise: Option<noise::NoiseParts>,
 }
 
 /// The last frame between photons and codes.
@@ -249,7 +249,7 @@ impl Session {
     /// # Errors
     /// Before the first frame; more than one exposure a frame.
     pub fn noise(&mut self) -> Result<String, JsError> {
-        answered(self.noise_parts().map(noise::Parts::record))
+        answered(self.noise_parts().map(noise::NoiseParts::record))
     }
 
     /// What one part of the noise does to each pixel, as red, green, blue and opacity.
@@ -297,9 +297,9 @@ impl Session {
         self.taken.as_ref().ok_or_else(no_frame)
     }
 
-    fn noise_parts(&mut self) -> Result<&noise::Parts, Error> {
+    fn noise_parts(&mut self) -> Result<&noise::NoiseParts, Error> {
         if self.noise.is_none() {
-            let parts = noise::Parts::of(self.run.setup(), self.place()?, self.last()?)?;
+            let parts = noise::NoiseParts::of(self.run.setup(), self.place()?, self.last()?)?;
             self.noise = Some(parts);
         }
         self.noise.as_ref().ok_or_else(no_frame)

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 const BINS: usize = 61;
 
 /// A part of the noise.
-struct Part {
+struct NoisePart {
     name: &'static str,
     summary: &'static str,
     /// Input-referred, in e-.
@@ -25,9 +25,9 @@ struct Part {
 }
 
 /// All parts of the noise of a frame.
-pub struct Parts(Vec<Part>);
+pub struct NoiseParts(Vec<NoisePart>);
 
-impl Part {
+impl NoisePart {
     fn new(name: &'static str, summary: &'static str, added_e: Vec<f32>) -> Self {
         let count = f64_from_usize(added_e.len());
         let mean_e = added_e.iter().map(|&value| f64::from(value)).sum::<f64>() / count;
@@ -47,7 +47,7 @@ impl Part {
     }
 }
 
-impl Parts {
+impl NoiseParts {
     /// Takes a frame apart. Quantisation stands last: code less sample.
     pub fn of(setup: &Setup, place: Place, frame: &Frame) -> Result<Self, Error> {
         let sensor = &setup.sensor;
@@ -70,21 +70,21 @@ impl Parts {
             rows.iter().flat_map(of_row).collect()
         };
         let all_e = signals_e(&kept);
-        let mut parts: Vec<Part> = Vec::with_capacity(kept.len() + 1);
+        let mut parts: Vec<NoisePart> = Vec::with_capacity(kept.len() + 1);
         for entry in ALL.iter().filter(|entry| kept.contains(&entry.name)) {
             let others: Vec<&str> = kept.iter().copied().filter(|name| *name != entry.name).collect();
             let without_e = signals_e(&others);
             let added_e = all_e.iter().zip(&without_e).map(|(all, without)| all - without).collect();
-            parts.push(Part::new(entry.name, entry.summary, added_e));
+            parts.push(NoisePart::new(entry.name, entry.summary, added_e));
         }
         if let Some(added_e) = quantisation_e(setup, &camera.codes, &all_e) {
-            parts.push(Part::new("quantisation", "a code stands for a step of the ramp", added_e));
+            parts.push(NoisePart::new("quantisation", "a code stands for a step of the ramp", added_e));
         }
         debug_assert!(kept.iter().all(|name| effects::names().contains(name)));
         Ok(Self(parts))
     }
 
-    fn part(&self, number: usize) -> Result<&Part, Error> {
+    fn part(&self, number: usize) -> Result<&NoisePart, Error> {
         let reason = || Error::key("part", number, format!("0 to {}", self.0.len() - 1));
         self.0.get(number).ok_or_else(reason)
     }
@@ -92,7 +92,7 @@ impl Parts {
     /// Name, mean, variance, share and histogram of each part.
     pub fn record(&self) -> Value {
         let total_e2: f64 = self.0.iter().map(|part| part.variance_e2).sum();
-        let of = |part: &Part| {
+        let of = |part: &NoisePart| {
             json!({
                 "name": part.name,
                 "summary": part.summary,

@@ -1,7 +1,7 @@
 //! Photon transfer of the page's sensor, measured as EMVA 1288 measures it, under uniform light.
 
 use sensel::characterize::analysis::{Summary, figures};
-use sensel::characterize::{Bench, Options};
+use sensel::characterize::{MeasurementSize, SensorBench};
 use sensel::config::Resolved;
 use sensel::error::Error;
 use sensel::run::Progress;
@@ -20,8 +20,8 @@ pub fn measured(resolved: &Resolved) -> Result<Value, Error> {
         width_px: SIZE.width_px.min(sensor_size.width_px),
         height_px: SIZE.height_px.min(sensor_size.height_px),
     };
-    let options = Options { size: Some(size), points: 40, stack: 32, ..Options::default() };
-    let bench = Bench::new(resolved, &options)?;
+    let options = MeasurementSize { size: Some(size), points: 40, stack: 32, ..MeasurementSize::default() };
+    let bench = SensorBench::new(resolved, &options)?;
     let frames = sensel::num::f64_from_u64(bench.set().frames());
     let measurement = bench.run(|shot, _| {
         Tell.at("photon transfer", f64::from(shot.frame.0) / frames);

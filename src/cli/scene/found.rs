@@ -2,14 +2,14 @@
 
 use sensel::scene::Scene;
 use sensel::scene::file_units::FileUnits;
-use sensel::scene::views::{CameraView, Extent};
+use sensel::scene::views::{CameraView, SceneBox};
 
 /// What a file holds.
-pub(super) struct Found {
+pub(super) struct FileSummary {
     pub(super) name: String,
     pub(super) scene: Scene,
     pub(super) units: FileUnits,
-    pub(super) extent: Extent,
+    pub(super) extent: SceneBox,
     pub(super) views: Vec<CameraView>,
     /// Materials that shine, and directional lights.
     pub(super) lamps: Vec<String>,

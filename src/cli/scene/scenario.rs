@@ -5,7 +5,7 @@ use sensel::pose::Pose;
 use sensel::scene::file_units::UpAxis;
 use sensel::scene::views::{self, CameraView};
 
-use super::found::{Found, Light};
+use super::found::{FileSummary, Light};
 
 /// What follows the light.
 const CAMERA: &str = r#"
@@ -43,7 +43,7 @@ flux_lm = 800.0
 ";
 
 /// A scenario that looks from a view.
-pub fn text(found: &Found, view: &CameraView) -> String {
+pub fn text(found: &FileSummary, view: &CameraView) -> String {
     let Pose { rotation, translation_m } = view.world_from_camera;
     // A motion starts level along -z: the rest of the view's orientation is the motion's.
     let turn = (rotation * views::looking(0.0, 0.0).inverse()).normalize();

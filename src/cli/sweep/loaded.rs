@@ -1,6 +1,6 @@
 //! Reads a sweep file and finds its folder.
 
-use super::super::args::{Shared, SweepFileArguments};
+use super::super::args::{CommonOptions, SweepFileArguments};
 use super::super::setup::FolderAssets;
 use super::super::{place, words};
 use sensel::config::Resolved;
@@ -40,7 +40,7 @@ pub(super) fn title(loaded: &Loaded) -> String {
 }
 
 /// Reads a sweep file, its scenario and the files that this names, and resolves all cells.
-pub(super) fn load(own: &SweepFileArguments, shared: &Shared) -> Result<Loaded, Error> {
+pub(super) fn load(own: &SweepFileArguments, shared: &CommonOptions) -> Result<Loaded, Error> {
     let file = own.file.clone();
     let text = sensel::files::read_text(&file, SWEEP_BYTES_MAX)?;
     let shown = file.display().to_string();

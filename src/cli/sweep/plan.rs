@@ -14,8 +14,8 @@ use sensel::units::FrameIndex;
 
 use super::cell::Worker;
 use super::loaded::Loaded;
-use crate::cli::args::Shared;
-use crate::cli::clocks::Work;
+use crate::cli::args::CommonOptions;
+use crate::cli::clocks::ProcessorTime;
 
 /// Frames that are simulated to measure what a frame costs.
 const PILOT_FRAMES: u32 = 2;
@@ -35,7 +35,7 @@ struct Need {
 }
 
 /// Prints the plan.
-pub fn main(loaded: &Loaded, shared: &Shared) -> Result<(), Error> {
+pub fn main(loaded: &Loaded, shared: &CommonOptions) -> Result<(), Error> {
     let cells = &loaded.cells;
     let found =
         SweepFolder::read(&loaded.target).map(|folder| super::loaded::found(loaded, &folder)).unwrap_or_default();
@@ -117,7 +117,7 @@ fn need(loaded: &Loaded) -> Result<Need, Error> {
     let exposures = setup.exposures_at(Place { frame: FrameIndex(0), camera: 0 })?;
     let rounding = Rounding::new(setup.fidelity.render.rounding_sigma);
     let bytes: usize = exposures.iter().map(|exposure| encode(exposure, rounding).len()).sum();
-    let watch = Work::start();
+    let watch = ProcessorTime::start();
     let is_still = setup.is_still();
     let mut session = Session::new(setup)?;
     session.leave_pictures_unhashed();

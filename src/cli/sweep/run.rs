@@ -21,9 +21,9 @@ use sensel::units::FrameIndex;
 use super::cell::Worker;
 use super::loaded::Loaded;
 use super::specs;
-use crate::cli::args::{Shared, SweepRunArguments};
-use crate::cli::clocks::{ThreadWork, Wall, Work};
-use crate::cli::progress::{self, Bar};
+use crate::cli::args::{CommonOptions, SweepRunArguments};
+use crate::cli::clocks::{ProcessorTime, ThreadWork, WallTime};
+use crate::cli::progress::{self, StepsBar};
 use crate::cli::{interrupt, words};
 
 /// Cells of each undecided point that run between two looks at a sequential test, times the number of threads.
@@ -45,9 +45,9 @@ struct Running<'a> {
 }
 
 /// `sensel sweep run`.
-pub fn main(own: &SweepRunArguments, loaded: &Loaded, shared: &Shared) -> Result<(), Error> {
+pub fn main(own: &SweepRunArguments, loaded: &Loaded, shared: &CommonOptions) -> Result<(), Error> {
     let specifications = specs::parse(&own.spec)?;
-    let watch = Wall::start();
+    let watch = WallTime::start();
     let interrupted = interrupt::watch();
     let chosen = chosen(own, loaded)?;
     let folder = SweepFolder::take(&loaded.target, own.shard.is_some() || own.cells.is_some())?;
@@ -125,7 +125,7 @@ fn parts(shard: &str) -> Result<(usize, usize), Error> {
 
 impl Running<'_> {
     /// Runs these cells.
-    fn all(&self, cells: &[&Cell], shared: &Shared) -> Result<(), Error> {
+    fn all(&self, cells: &[&Cell], shared: &CommonOptions) -> Result<(), Error> {
         let bar = progress::bar("cells", sensel::num::u64_from(cells.len()), shared.quiet);
         let setup = self.batch(cells, None, &bar);
         bar.finish();
@@ -138,7 +138,7 @@ impl Running<'_> {
         &self,
         specifications: &[sensel::sweep::specification::Specification],
         mut remaining: Vec<&Cell>,
-        shared: &Shared,
+        shared: &CommonOptions,
     ) -> Result<(), Error> {
         let bar = progress::bar("cells", sensel::num::u64_from(remaining.len()), shared.quiet);
         let mut setup = None;
@@ -170,13 +170,13 @@ impl Running<'_> {
     }
 
     /// Runs cells on all cores; the setup of the last one.
-    fn batch(&self, cells: &[&Cell], setup: Option<Setup>, bar: &Bar) -> Result<Option<Setup>, Error> {
+    fn batch(&self, cells: &[&Cell], setup: Option<Setup>, bar: &StepsBar) -> Result<Option<Setup>, Error> {
         let store = self.store.clone().map(|store| store as Arc<dyn PhotonStore>);
         let worker = |last: Option<Setup>| Worker::new(self.loaded, store.clone(), self.interrupted, last);
         let everywhere = self.pool(self.threads)?;
         let mut first = worker(setup);
         let (leaders, others) = self.leaders(cells, &mut first);
-        let work = Work::start();
+        let work = ProcessorTime::start();
         for cell in leaders {
             everywhere.install(|| self.one(&mut first, cell, &work, bar))?;
         }
@@ -235,7 +235,7 @@ impl Running<'_> {
     }
 
     /// Runs one cell and writes its record.
-    fn one(&self, worker: &mut Worker<'_>, cell: &Cell, watch: &dyn Stopwatch, bar: &Bar) -> Result<(), Error> {
+    fn one(&self, worker: &mut Worker<'_>, cell: &Cell, watch: &dyn Stopwatch, bar: &StepsBar) -> Result<(), Error> {
         if self.ended.lock().expect("no thread panics while it holds an error").is_some() {
             return Ok(());
         }
@@ -273,7 +273,7 @@ impl Running<'_> {
         ))
     }
 
-    fn summary(&self, cells: usize, verdicts: &[PointVerdict], seconds: f64, shared: &Shared) {
+    fn summary(&self, cells: usize, verdicts: &[PointVerdict], seconds: f64, shared: &CommonOptions) {
         let (done, failed) = (self.done.load(Ordering::Relaxed), self.failed.load(Ordering::Relaxed));
         let cost = self.cost.lock().expect("no thread panics while it holds a cost");
         let stages_s: f64 = cost.stages_s.values().sum();

@@ -13,7 +13,7 @@ use serde_json::{Map, Value, json};
 use crate::cli::words;
 
 /// Figures of a trajectory.
-pub struct Figures {
+pub struct TrackFigures {
     tracking: Tracking,
     is_one_camera: bool,
     /// Why there is no position error.
@@ -37,7 +37,7 @@ const NAMES: [&str; 11] = [
     "still_steps_under_1um",
 ];
 
-impl Figures {
+impl TrackFigures {
     /// Figures of an estimate as a run's report has them; without the truth there is nothing but the sigma.
     pub fn of(
         truth: Option<&[TimedPose]>,
@@ -71,7 +71,7 @@ impl Figures {
     }
 }
 
-impl fmt::Display for Figures {
+impl fmt::Display for TrackFigures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mm = |value_m: Option<f64>| value_m.map_or("not measurable".to_owned(), words::mm);
         let how = if self.is_one_camera { " (scale aligned)" } else { "" };
@@ -106,7 +106,7 @@ mod tests {
     #[test]
     fn the_path_of_one_camera_is_brought_to_metres_and_that_of_two_is_not() {
         let (truth, half) = (path(curve), path(|t_s| 0.5 * curve(t_s)));
-        let one = Figures::of(Some(&truth), half.clone(), &[0.003, 0.004], (1, 1));
+        let one = TrackFigures::of(Some(&truth), half.clone(), &[0.003, 0.004], (1, 1));
         let json = one.json();
         assert!((json["scale_sim3"].as_f64().unwrap() - 2.0).abs() < 1e-12, "{json:?}");
         // sqrt((3^2 + 4^2) / 2) mm of a map whose unit is 2 m.
@@ -118,7 +118,7 @@ mod tests {
             one.to_string().contains("(scale aligned)") && one.to_string().contains("given the map 7.071 mm"),
             "{one}"
         );
-        let two = Figures::of(Some(&truth), half, &[], (2, 1));
+        let two = TrackFigures::of(Some(&truth), half, &[], (2, 1));
         let json = two.json();
         assert!(json["ate_m"].as_f64().unwrap() > 0.1 && json["ate_sim3_m"].as_f64().unwrap() < 1e-12, "{json:?}");
         assert!(json["single_picture_sigma_m"].is_null() && !two.to_string().contains("scale aligned"), "{two}");
@@ -127,13 +127,13 @@ mod tests {
     #[test]
     fn a_rig_at_rest_has_its_jitter_and_no_position_error() {
         let (truth, shaken) = (path(|_| DVec3::ONE), path(|t_s| DVec3::new(1e-3 * libm::sin(700.0 * t_s), 0.0, 0.0)));
-        let figures = Figures::of(Some(&truth), shaken, &[], (2, 1));
+        let figures = TrackFigures::of(Some(&truth), shaken, &[], (2, 1));
         let json = figures.json();
         assert!(json["ate_m"].is_null() && json["jitter_still_m"].as_f64().unwrap() > 1e-4, "{json:?}");
         assert!(figures.to_string().contains("without alignment, 0.0 % of steps under 1 um"), "{figures}");
-        let unknown = Figures::of(None, path(curve), &[], (2, 1)).json();
+        let unknown = TrackFigures::of(None, path(curve), &[], (2, 1)).json();
         assert!(unknown.values().all(Value::is_null), "{unknown:?}");
-        let reasons = Figures::of(None, path(curve), &[], (2, 1)).reasons();
+        let reasons = TrackFigures::of(None, path(curve), &[], (2, 1)).reasons();
         assert!(unknown.keys().all(|name| reasons.contains_key(name)), "a null without a reason: {reasons:?}");
     }
 }

@@ -30,7 +30,7 @@ pub fn file(folder: &Path, camera: usize) -> PathBuf {
 /// Packets of all cameras.
 pub struct Packets<'a> {
     sensor: &'a SensorSetup,
-    streams: Vec<Stream>,
+    streams: Vec<PacketStream>,
     host: Host,
     extractors: Vec<Extractor>,
 }
@@ -39,7 +39,7 @@ impl<'a> Packets<'a> {
     /// Opens the files of so many cameras. Fails on a file that is not there.
     pub fn open(folder: &Path, cameras: usize, sensor: &'a SensorSetup) -> Result<Self, Error> {
         let wants_pictures = !sensor.link.mode.sends_features();
-        let streams = (0..cameras).map(|camera| Stream::open(file(folder, camera), wants_pictures));
+        let streams = (0..cameras).map(|camera| PacketStream::open(file(folder, camera), wants_pictures));
         let streams = streams.collect::<Result<Vec<_>, Error>>()?;
         let extractors = vec![Extractor::new(&sensor.extractor); cameras];
         Ok(Self { sensor, streams, host: Host::default(), extractors })
@@ -81,7 +81,7 @@ impl Iterator for Packets<'_> {
 }
 
 /// One camera's packets.
-struct Stream {
+struct PacketStream {
     path: PathBuf,
     file: Take<File>,
     /// None after the last byte.
@@ -93,7 +93,7 @@ struct Stream {
     piece: Vec<u8>,
 }
 
-impl Stream {
+impl PacketStream {
     fn open(path: PathBuf, wants_pictures: bool) -> Result<Self, Error> {
         let file = sensel::files::open::open_input(&path)?;
         let bytes = file.metadata().map_err(|source| place::io(&path, source))?.len();

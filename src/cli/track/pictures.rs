@@ -18,7 +18,7 @@ use super::brought::Brought;
 const PAIR_NS_MAX: u64 = 1_000_000;
 
 /// Pictures of all cameras, in rising time.
-pub struct Pictures<'a> {
+pub struct PictureStream<'a> {
     cameras: &'a [CameraCalibration],
     frames: &'a [Vec<FrameEntry>],
     together: std::vec::IntoIter<Vec<usize>>,
@@ -27,7 +27,7 @@ pub struct Pictures<'a> {
     ever_set: Vec<u16>,
 }
 
-impl<'a> Pictures<'a> {
+impl<'a> PictureStream<'a> {
     /// Those that belong together; no picture is read yet.
     pub fn new(cameras: &'a [CameraCalibration], frames: &'a [Vec<FrameEntry>], extractor: &ExtractorParams) -> Self {
         let extractors = vec![Extractor::new(extractor); cameras.len()];
@@ -67,7 +67,7 @@ impl<'a> Pictures<'a> {
     }
 }
 
-impl Iterator for Pictures<'_> {
+impl Iterator for PictureStream<'_> {
     type Item = Result<Brought, Error>;
 
     fn next(&mut self) -> Option<Self::Item> {

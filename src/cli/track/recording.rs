@@ -11,7 +11,7 @@ use sensel::pose::{Pose, TimedPose};
 use sensel::tracker::CameraCalibration;
 
 /// A recording, whichever its layout.
-pub struct Recording {
+pub struct AnyRecording {
     pub cameras: Vec<CameraCalibration>,
     /// Pictures of each camera in rising time.
     pub frames: Vec<Vec<FrameEntry>>,
@@ -19,7 +19,7 @@ pub struct Recording {
     pub imu: Option<ImuFolder>,
 }
 
-impl Recording {
+impl AnyRecording {
     /// Reads everything but the pictures. Fails on a folder of no known layout, or a file that is not what it should be.
     pub fn open(folder: &Path) -> Result<Self, Error> {
         if TumFolder::is_one(folder) {

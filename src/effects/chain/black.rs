@@ -4,7 +4,7 @@
 //! picture; with the clamp on, their mean code is moved to the black level, so that dark signal and offsets that drift with
 //! temperature or die leave the picture.
 
-use super::layout::Layout;
+use super::layout::WindowLayout;
 use super::row::{RowAt, RowBuffers};
 use super::state::{Chain, RowTimes, Shot};
 use crate::events::Events;
@@ -20,9 +20,9 @@ impl Chain {
         }
         let mut buffers = self.buffers(shot.photons.width_px());
         let mut codes = vec![0; buffers.values.len()];
-        let read = self.layout.as_ref().map_or_else(|| (0..codes.len()).collect(), Layout::read_columns);
+        let read = self.layout.as_ref().map_or_else(|| (0..codes.len()).collect(), WindowLayout::read_columns);
         let mut sums_dn = vec![0_u64; self.readings.len()];
-        let together = self.layout.as_ref().map_or(1, Layout::charge_rows_of_one);
+        let together = self.layout.as_ref().map_or(1, WindowLayout::charge_rows_of_one);
         for row in 0..self.black.rows {
             let times = self.black_times(shot, row);
             let array_rows = (0..together).map(|place| index(self.black.first_row + row * together + place));

@@ -8,13 +8,13 @@
 
 use super::row::RowBuffers;
 use super::state::{Capture, Chain, ROWS_PER_CHUNK, RowTimes};
-use crate::adc::{Moments, NoisyLevel, clipped};
+use crate::adc::{CodeMoments, NoisyLevel, clipped};
 use crate::effect::Effect;
 use crate::effects::sampling;
 use crate::error::Error;
 use crate::num::f32_nearest;
 use crate::parallel::over_chunks;
-use crate::pixel::{self, Samples, flicker_variance_uv2, ktc_sigmas};
+use crate::pixel::{self, SampledLevels, flicker_variance_uv2, ktc_sigmas};
 use crate::plane::Plane;
 
 /// Effects of which mean and variance are known: those that are not drawn anew in each frame, and those that are.
@@ -56,7 +56,7 @@ pub struct Expected {
 }
 
 /// A row on its way: mean and variance of both samples.
-struct Row {
+struct ExpectedRow {
     mean: Vec<f64>,
     variance: Vec<f64>,
     reset_uv: Vec<f32>,
@@ -118,11 +118,11 @@ impl Chain {
         Expected { mean_dn: moments.map(|pixel| pixel[0]), variance_dn2: moments.map(|pixel| pixel[1]) }
     }
 
-    fn expected_row(&self, photons: &[f32], at: super::row::RowAt, buffers: &mut RowBuffers) -> Row {
+    fn expected_row(&self, photons: &[f32], at: super::row::RowAt, buffers: &mut RowBuffers) -> ExpectedRow {
         let pixel = &self.parameters.pixel;
         buffers.values.copy_from_slice(photons);
         pixel::photons_to_mean_electrons(pixel, &mut buffers.values);
-        let mut row = Row {
+        let mut row = ExpectedRow {
             mean: buffers.values.iter().map(|&mean_e| f64::from(mean_e)).collect(),
             variance: vec![0.0; photons.len()],
             reset_uv: vec![0.0; buffers.reset.len()],
@@ -144,7 +144,7 @@ impl Chain {
         row
     }
 
-    fn expect(&self, effect: &dyn Effect, at: super::row::RowAt, buffers: &mut RowBuffers, row: &mut Row) {
+    fn expect(&self, effect: &dyn Effect, at: super::row::RowAt, buffers: &mut RowBuffers, row: &mut ExpectedRow) {
         let pixel = &self.parameters.pixel;
         match effect.name() {
             "shot_noise" => row.variance.iter_mut().zip(&row.mean).for_each(|(variance, mean_e)| *variance += mean_e),
@@ -155,7 +155,7 @@ impl Chain {
             }
             "full_well" => {
                 for (mean, variance) in row.mean.iter_mut().zip(&mut row.variance) {
-                    let held = clipped(Moments { mean: *mean, variance: *variance }, -1e12, pixel.full_well_e);
+                    let held = clipped(CodeMoments { mean: *mean, variance: *variance }, -1e12, pixel.full_well_e);
                     (*mean, *variance) = (held.mean, held.variance);
                 }
             }
@@ -181,8 +181,8 @@ impl Chain {
         let (pixel, adc) = (&self.parameters.pixel, &self.parameters.adc);
         let sampling = sampling(&self.parameters);
         let shared = |variance_uv2: f64| match sampling.samples {
-            Samples::Both => [0.5 * variance_uv2, 0.5 * variance_uv2],
-            Samples::Signal | Samples::Difference => [variance_uv2, 0.0],
+            SampledLevels::Both => [0.5 * variance_uv2, 0.5 * variance_uv2],
+            SampledLevels::Signal | SampledLevels::Difference => [variance_uv2, 0.0],
         };
         let of_each = |sigma_uv: f64| {
             let sigmas = adc.sigmas_of_conversions(sigma_uv);
@@ -204,7 +204,7 @@ impl Chain {
     }
 
     /// Effects without draws act on two points, a sigma above and below the mean.
-    fn through(&self, effect: &dyn Effect, at: super::row::RowAt, buffers: &mut RowBuffers, row: &mut Row) {
+    fn through(&self, effect: &dyn Effect, at: super::row::RowAt, buffers: &mut RowBuffers, row: &mut ExpectedRow) {
         let reset_uv = row.reset_uv.clone();
         let mut ends: [Vec<f32>; 2] = Default::default();
         for (end, side) in ends.iter_mut().zip([-1.0, 1.0]) {

@@ -8,7 +8,7 @@ use crate::readout::{BinningMode, Geometry};
 use crate::units::{RowIndex, Size};
 
 /// Window and binning, ready for rows.
-pub(super) struct Layout {
+pub(super) struct WindowLayout {
     geometry: Geometry,
     /// First array column of each output column.
     firsts: Vec<usize>,
@@ -16,7 +16,7 @@ pub(super) struct Layout {
     members: Vec<usize>,
 }
 
-impl Layout {
+impl WindowLayout {
     pub fn new(geometry: Geometry) -> Self {
         let mut layout = Self { geometry, firsts: Vec::new(), members: Vec::new() };
         for column in 0..geometry.output_size().width_px {

@@ -1,12 +1,12 @@
 //! One output row: loads the array rows that it is made of, reads them, and merges their codes.
 
-use super::layout::{Layout, means};
+use super::layout::{WindowLayout, means};
 use super::state::{Capture, Chain, RowSamples, RowTimes, Shot};
 use crate::draw::RowPlace;
 use crate::effect::{Effect, KeptKeys, RowPass};
 use crate::events::{Event, Events};
 use crate::num::{index, low_u16, u64_from};
-use crate::pixel::Samples;
+use crate::pixel::SampledLevels;
 use crate::plane::Plane;
 use crate::readout::BinningMode;
 use crate::units::RowIndex;
@@ -34,8 +34,8 @@ pub(super) struct RowBuffers {
 }
 
 impl RowBuffers {
-    pub fn new(width: usize, samples: Samples, readings: usize, slots: usize) -> Self {
-        let reset = if samples == Samples::Both { width } else { 0 };
+    pub fn new(width: usize, samples: SampledLevels, readings: usize, slots: usize) -> Self {
+        let reset = if samples == SampledLevels::Both { width } else { 0 };
         Self {
             values: vec![0.0; width],
             reset: vec![0.0; reset],
@@ -116,7 +116,7 @@ impl Chain {
         assert!(times.len() == photons.height_px(), "every row has its times");
         let mut shot = Shot { photons, charge_e: None, capture, times, shifts_dn: Vec::new(), columns: Vec::new() };
         shot.charge_e = self.has_array_effects().then(|| self.array_electrons(&shot, &mut vec![0; self.counters()]).0);
-        let read = self.layout.as_ref().map(Layout::read_columns);
+        let read = self.layout.as_ref().map(WindowLayout::read_columns);
         let picked = |row: Vec<f32>| match &read {
             Some(read) => read.iter().filter_map(|&place| row.get(place).copied()).collect(),
             None => row,
@@ -173,7 +173,7 @@ impl Chain {
     }
 
     pub(super) fn at_row(&self, shot: &Shot<'_>, array_row: usize) -> RowAt {
-        let first_row = self.layout.as_ref().map_or(0, Layout::first_row);
+        let first_row = self.layout.as_ref().map_or(0, WindowLayout::first_row);
         self.at(shot.capture, array_row, shot.times[array_row - first_row])
     }
 

@@ -1,7 +1,7 @@
 //! The chain's fields, and what it takes and gives for one exposure.
 
 use super::super::Parameters;
-use super::layout::Layout;
+use super::layout::WindowLayout;
 use crate::adc::{Columns, Converter};
 use crate::effect::Effect;
 use crate::events::Events;
@@ -35,7 +35,7 @@ pub struct Chain {
     pub(super) merge: Option<HdrMerge>,
     pub(super) black: BlackRows,
     /// Window and binning; none where the photons' plane is the array, pixel by pixel.
-    pub(super) layout: Option<Layout>,
+    pub(super) layout: Option<WindowLayout>,
     /// Seed of the run.
     pub(super) seed: u64,
     pub(super) die_seed: u64,

@@ -3,7 +3,7 @@
 //! that only this program knows.
 
 use super::yaml::{Document, Refusal, shortened};
-use crate::optics::lens::{DoubleSphere, Eucm, Intrinsics, Kb4, Lens, Mapping, Radtan, Table};
+use crate::optics::lens::{DoubleSphere, Eucm, Intrinsics, Kb4, Lens, Mapping, RadiusTable, Radtan};
 
 /// The lines of a lens.
 pub(super) fn yaml(lens: &Lens) -> String {
@@ -109,14 +109,14 @@ fn distorted(document: &Document, distortion: &str) -> Result<Mapping, Refusal> 
     Ok(Mapping::Radtan(Radtan { k1, k2, p1, p2, k3: 0.0 }))
 }
 
-fn table(document: &Document) -> Result<Table, Refusal> {
+fn table(document: &Document) -> Result<RadiusTable, Refusal> {
     let (angles_rad, radii) = (document.list("table_angle_rad")?, document.list("table_radius")?);
     let line = document.get("table_radius")?.line;
     if angles_rad.len() != radii.len() {
         return Err((line, format!("{} radii for {} angles", radii.len(), angles_rad.len())));
     }
     let points: Vec<(f64, f64)> = angles_rad.into_iter().zip(radii).collect();
-    Table::new(&points).map_err(|error| (line, error.to_string()))
+    RadiusTable::new(&points).map_err(|error| (line, error.to_string()))
 }
 
 #[cfg(test)]
@@ -134,7 +134,7 @@ mod tests {
             Mapping::Kb4(Kb4::new([0.003_482_389, 7.150_348e-4, -0.002_053_236, 2.029_367e-4])),
             Mapping::DoubleSphere(DoubleSphere { xi: -0.172_130_86, alpha: 0.593_117_759 }),
             Mapping::Eucm(Eucm { alpha: 0.6, beta: 1.1 }),
-            Mapping::Table(Table::new(&[(0.3, 0.31), (0.9, 0.87), (1.7, 1.5)]).unwrap()),
+            Mapping::Table(RadiusTable::new(&[(0.3, 0.31), (0.9, 0.87), (1.7, 1.5)]).unwrap()),
         ]
     }
 

@@ -46,19 +46,19 @@ pub struct GroundTruth {
 /// An ASL folder under construction. [`EurocWriter::finish`] makes sure that everything is on its way to the disk.
 #[derive(Debug)]
 pub struct EurocWriter {
-    cameras: Vec<(PathBuf, Table, EurocCamera)>,
-    imu: Option<Table>,
-    ground_truth: Table,
+    cameras: Vec<(PathBuf, CsvFile, EurocCamera)>,
+    imu: Option<CsvFile>,
+    ground_truth: CsvFile,
 }
 
 /// One `data.csv`.
 #[derive(Debug)]
-struct Table {
+struct CsvFile {
     path: PathBuf,
     file: BufWriter<File>,
 }
 
-impl Table {
+impl CsvFile {
     fn create(folder: &Path, header: &str) -> Result<Self, Error> {
         fs::create_dir_all(folder).map_err(io_error(folder))?;
         let path = folder.join("data.csv");
@@ -102,20 +102,20 @@ impl EurocWriter {
             let folder = root.join(format!("cam{index}"));
             let pictures = folder.join("data");
             fs::create_dir_all(&pictures).map_err(io_error(&pictures))?;
-            camera_tables.push((pictures, Table::create(&folder, CAMERA_HEADER)?, *camera));
+            camera_tables.push((pictures, CsvFile::create(&folder, CAMERA_HEADER)?, *camera));
             write(&folder.join("sensor.yaml"), &camera_yaml(index, camera))?;
         }
         let imu_table = match imu {
             Some(imu) => {
                 let folder = root.join("imu0");
-                let table = Table::create(&folder, IMU_HEADER)?;
+                let table = CsvFile::create(&folder, IMU_HEADER)?;
                 write(&folder.join("sensor.yaml"), &imu_yaml(imu))?;
                 Some(table)
             }
             None => None,
         };
         let folder = root.join(GROUND_TRUTH_FOLDER);
-        let ground_truth = Table::create(&folder, GROUND_TRUTH_HEADER)?;
+        let ground_truth = CsvFile::create(&folder, GROUND_TRUTH_HEADER)?;
         write(&folder.join("sensor.yaml"), &ground_truth_yaml())?;
         Ok(Self { cameras: camera_tables, imu: imu_table, ground_truth })
     }
@@ -161,7 +161,7 @@ impl EurocWriter {
         for (_, table, _) in self.cameras {
             table.finish()?;
         }
-        self.imu.map_or(Ok(()), Table::finish)?;
+        self.imu.map_or(Ok(()), CsvFile::finish)?;
         self.ground_truth.finish()
     }
 }

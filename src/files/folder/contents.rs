@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use super::super::errors::io_error;
 use super::super::{disk, read_bytes};
 use super::lock::Lock;
-use super::manifest::{Care, Listed, MARKER, Manifest, Survey};
+use super::manifest::{Care, FolderList, MARKER, Manifest, Survey};
 use super::refusal::refused;
 use super::work;
 use crate::error::Error;
@@ -121,7 +121,7 @@ impl Inside {
             return Ok(());
         }
         let found = match (survey, Manifest::of(&old)?) {
-            (None, Listed::Whole(manifest)) => Some(manifest.survey(&old, Care::Full, &[])?),
+            (None, FolderList::Whole(manifest)) => Some(manifest.survey(&old, Care::Full, &[])?),
             _ => None,
         };
         let nothing = Survey::default();
@@ -173,7 +173,7 @@ impl Drop for Inside {
 /// Refuses a folder of this name that somebody else made.
 fn check_ours(target: &Path, folder: &Path) -> Result<(), Error> {
     let entries = || std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.file_name());
-    let is_marked = matches!(Manifest::of(folder)?, Listed::Other(_, begin) if work::is_mark(&begin));
+    let is_marked = matches!(Manifest::of(folder)?, FolderList::Other(_, begin) if work::is_mark(&begin));
     let is_fresh = entries().all(|name| name == LOCK || name == MARKER) && is_short(&folder.join(LOCK));
     if is_marked || is_fresh {
         return Ok(());

@@ -32,11 +32,11 @@ const PIECE_BYTES: usize = 1 << 18;
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Manifest {
     folders: BTreeSet<String>,
-    files: BTreeMap<String, Content>,
+    files: BTreeMap<String, ManifestContent>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Content {
+struct ManifestContent {
     bytes: u64,
     hash: Hash,
 }
@@ -77,7 +77,7 @@ impl Stamp {
 
 /// The list of a folder, as far as it has one.
 #[derive(Debug)]
-pub enum Listed {
+pub enum FolderList {
     /// No `.sensel`.
     Absent,
     /// A whole list.
@@ -130,7 +130,7 @@ impl Manifest {
     fn text(&self) -> String {
         let mut text = format!("{HEADER}\nprogram sensel {}\n", env!("CARGO_PKG_VERSION"));
         self.folders.iter().for_each(|folder| text += &format!("folder {folder}\n"));
-        for (name, Content { bytes, hash }) in &self.files {
+        for (name, ManifestContent { bytes, hash }) in &self.files {
             text += &format!("file {bytes} {} {name}\n", hash.to_hex());
         }
         let end = blake3::hash(text.as_bytes()).to_hex();
@@ -158,7 +158,7 @@ impl Manifest {
                 "file" => {
                     let mut words = rest.splitn(3, ' ');
                     let (bytes, hash) = (words.next()?.parse().ok()?, Hash::from_hex(words.next()?).ok()?);
-                    manifest.files.insert(inside(words.next()?)?, Content { bytes, hash });
+                    manifest.files.insert(inside(words.next()?)?, ManifestContent { bytes, hash });
                 }
                 _ => return None,
             }
@@ -167,23 +167,23 @@ impl Manifest {
     }
 
     /// The list of a folder.
-    pub fn of(root: &Path) -> Result<Listed, Error> {
+    pub fn of(root: &Path) -> Result<FolderList, Error> {
         let path = root.join(MARKER);
         match std::fs::symlink_metadata(&path) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Listed::Absent),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(FolderList::Absent),
             other => {
                 if !other.map_err(io_error(&path))?.is_file() {
-                    return Ok(Listed::Other("is no file".to_owned(), Vec::new()));
+                    return Ok(FolderList::Other("is no file".to_owned(), Vec::new()));
                 }
             }
         }
         let mut bytes = match read_opened(open_regular(&path)?, &path, BYTES_MAX) {
             Ok(bytes) => bytes,
-            Err(Error::Content { reason, .. }) => return Ok(Listed::Other(reason, Vec::new())),
+            Err(Error::Content { reason, .. }) => return Ok(FolderList::Other(reason, Vec::new())),
             Err(error) => return Err(error),
         };
         if let Some(manifest) = Self::parse(&bytes) {
-            return Ok(Listed::Whole(manifest));
+            return Ok(FolderList::Whole(manifest));
         }
         let reason = if bytes.starts_with(b"sensel ") && bytes.len() < 32 {
             "is an older version's and does not list what was written"
@@ -191,7 +191,7 @@ impl Manifest {
             "is no list of what this program wrote"
         };
         bytes.truncate(1 << 10);
-        Ok(Listed::Other(reason.to_owned(), bytes))
+        Ok(FolderList::Other(reason.to_owned(), bytes))
     }
 
     /// Names that the folder itself holds, the list's own left out.
@@ -293,7 +293,7 @@ fn entries(root: &Path, folder: &str) -> Result<Vec<(Option<String>, std::path::
     Ok(found)
 }
 
-fn content(path: &Path, syncs: bool) -> Result<Content, Error> {
+fn content(path: &Path, syncs: bool) -> Result<ManifestContent, Error> {
     let mut file = open_regular(path)?;
     let mut hasher = blake3::Hasher::new();
     let mut piece = vec![0; PIECE_BYTES];
@@ -309,13 +309,13 @@ fn content(path: &Path, syncs: bool) -> Result<Content, Error> {
     if syncs {
         file.sync_all().map_err(io_error(path))?;
     }
-    Ok(Content { bytes, hash: hasher.finalize() })
+    Ok(ManifestContent { bytes, hash: hasher.finalize() })
 }
 
 fn is_unchanged(
     path: &Path,
     metadata: &Metadata,
-    listed: &Content,
+    listed: &ManifestContent,
     (care, listed_at): (Care, Option<SystemTime>),
 ) -> Result<bool, Error> {
     if metadata.len() != listed.bytes {

@@ -47,7 +47,7 @@ fn expected(run: &str) -> Vec<(String, String)> {
     names.into_iter().map(|name| (name.clone(), format!("{run} {name}"))).collect()
 }
 
-fn run(target: &Path, name: &str) -> Result<Placed, Error> {
+fn run(target: &Path, name: &str) -> Result<PlacedResult, Error> {
     let folder = OutputFolder::create(target)?;
     fill(folder.path(), name);
     folder.commit()
@@ -303,7 +303,7 @@ fn no_exchange(_: &Path, _: &Path) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
-fn replace(target: &Path, name: &str, swap: Swap) -> Result<Placed, Error> {
+fn replace(target: &Path, name: &str, swap: Swap) -> Result<PlacedResult, Error> {
     let folder = match swap {
         Swap::Contents => OutputFolder::create_where(target, |_| true)?,
         _ => OutputFolder::create(target)?,

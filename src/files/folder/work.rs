@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::super::disk;
 use super::super::errors::io_error;
-use super::manifest::{Care, Listed, MARKER, Manifest, Survey, remove_if_empty};
+use super::manifest::{Care, FolderList, MARKER, Manifest, Survey, remove_if_empty};
 use crate::error::Error;
 
 /// What stands in `.sensel` while a folder is being built.
@@ -120,7 +120,7 @@ pub fn clear_stale(parent: &Path, target: &Path, name: &str) -> Vec<PathBuf> {
 fn clear(path: &Path, purpose: &str, target: &Path) -> Result<Option<PathBuf>, Error> {
     let failed = |source| io_error(path)(source);
     match Manifest::of(path)? {
-        Listed::Whole(manifest) => {
+        FolderList::Whole(manifest) => {
             // Killed between the two renames that replace a result where the system cannot exchange names.
             if purpose == OLD && std::fs::symlink_metadata(target).is_err_and(|e| e.kind() == ErrorKind::NotFound) {
                 return disk::rename_new(path, target).map(|()| None).map_err(failed);
@@ -128,10 +128,10 @@ fn clear(path: &Path, purpose: &str, target: &Path) -> Result<Option<PathBuf>, E
             let survey = manifest.survey(path, Care::Full, &[])?;
             retire(path, &survey, &kept_name(target)).map_err(failed)
         }
-        Listed::Other(_, begin) if is_marked(path, &begin) => remove_marked(path).map(|()| None).map_err(failed),
+        FolderList::Other(_, begin) if is_marked(path, &begin) => remove_marked(path).map(|()| None).map_err(failed),
         // Empty, or not this program's.
-        Listed::Absent => remove_if_empty(path).map(|_| None).map_err(failed),
-        Listed::Other(..) => Ok(None),
+        FolderList::Absent => remove_if_empty(path).map(|_| None).map_err(failed),
+        FolderList::Other(..) => Ok(None),
     }
 }
 

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::encode::{DEPTH_STEPS_PER_M, FLOW_STEPS_PER_PX, FLOW_ZERO_STEPS};
-use super::keep::{Keep, Kept};
+use super::keep::{Keep, KeptOutput};
 use crate::error::Error;
 use crate::run::Setup;
 
@@ -28,21 +28,25 @@ pub(super) fn text(keep: &Keep, setup: &Setup) -> Result<String, Error> {
     serde_json::to_string_pretty(&all).map_err(|error| Error::Run(format!("ground_truth.json: {error}")))
 }
 
-fn meaning(kept: Kept, setup: &Setup) -> Value {
+fn meaning(kept: KeptOutput, setup: &Setup) -> Value {
     let seen = json!({
         "0": "no bearing", "1": "visible", "2": "occluded", "3": "outside the picture", "4": "passed by between rows"
     });
     match kept {
-        Kept::Packets => json!({ "csi2": "packets of all frames, back to back" }),
-        Kept::Photons => json!({ "exr": { "Y": "mean photons behind each array pixel's filter, longest exposure" } }),
-        Kept::Electrons => json!({ "exr": { "Y": "electrons at each array pixel's sense node, longest exposure" } }),
-        Kept::Codes => json!({ "png": {
+        KeptOutput::Packets => json!({ "csi2": "packets of all frames, back to back" }),
+        KeptOutput::Photons => {
+            json!({ "exr": { "Y": "mean photons behind each array pixel's filter, longest exposure" } })
+        }
+        KeptOutput::Electrons => {
+            json!({ "exr": { "Y": "electrons at each array pixel's sense node, longest exposure" } })
+        }
+        KeptOutput::Codes => json!({ "png": {
             "unit": "LSB, unscaled",
             "bits": setup.sensor.bits(),
             "black_level_dn": setup.sensor.parameters.adc.black_level_dn,
         } }),
-        Kept::Features => json!({ "csv": "x,y,score,angle,octave,descriptor" }),
-        Kept::Colour => json!({ "exr": {
+        KeptOutput::Features => json!({ "csv": "x,y,score,angle,octave,descriptor" }),
+        KeptOutput::Colour => json!({ "exr": {
             "R": "mean photons of 600-700 nm before the filter",
             "G": "500-600 nm",
             "B": "400-500 nm",
@@ -50,36 +54,40 @@ fn meaning(kept: Kept, setup: &Setup) -> Value {
             "transmission_by_filter": filters(setup),
             "filters": pattern(setup),
         } }),
-        Kept::Poses => json!({ "csv": "world_from_camera of each row: metres, unit quaternion" }),
-        Kept::Depth => json!({
+        KeptOutput::Poses => json!({ "csv": "world_from_camera of each row: metres, unit quaternion" }),
+        KeptOutput::Depth => json!({
             "png": { "unit": "depth along the axis", "steps_per_m": DEPTH_STEPS_PER_M, "0": "none, or beyond 13.1 m" },
             "exr": { "Z": "metres along the axis, infinite where nothing is met", "range": "metres along the ray" },
         }),
-        Kept::Normals => json!({ "exr": { "normal.X": "unit vector in the camera's frame, 0 where nothing is met" } }),
-        Kept::Materials => json!({ "png": {
+        KeptOutput::Normals => {
+            json!({ "exr": { "normal.X": "unit vector in the camera's frame, 0 where nothing is met" } })
+        }
+        KeptOutput::Materials => json!({ "png": {
             "0": "nothing",
             "names_from_1": setup.world.dynamic_scene().map_or_else(Vec::new, |scene| {
                 scene.shapes().all().flat_map(|shape| &shape.mesh.materials).map(|m| m.name.as_str()).collect::<Vec<_>>()
             }),
         } }),
-        Kept::Objects => json!({ "png": {
+        KeptOutput::Objects => json!({ "png": {
             "0": "what stands, or nothing",
             "names_from_1": setup.world.dynamic_scene().map_or_else(Vec::new, |scene| {
                 let firsts = scene.objects.chunk_by(|a, b| a.instance == b.instance).map(|parts| &parts[0]);
                 firsts.map(|object| object.name.as_str()).collect::<Vec<_>>()
             }),
         } }),
-        Kept::Flow => json!({
+        KeptOutput::Flow => json!({
             "exr": { "forward.u": "columns to the right until the next frame, NaN where undefined", "forward.v": "rows down" },
             "png": { "layout": "KITTI", "steps_per_px": FLOW_STEPS_PER_PX, "zero": FLOW_ZERO_STEPS },
         }),
-        Kept::Visibility => json!({ "png": seen }),
-        Kept::Stereo => json!({
+        KeptOutput::Visibility => json!({ "png": seen }),
+        KeptOutput::Stereo => json!({
             "exr": { "disparity.x": "columns to the right in the other camera, NaN where undefined", "disparity.y": "rows down" },
             "png": seen,
         }),
-        Kept::Tum => json!({ "folder": "TUM RGB-D, first camera" }),
-        Kept::Map => json!({ "ply": "landmarks in the tracker's world at the end", "tum": "keyframes still held" }),
+        KeptOutput::Tum => json!({ "folder": "TUM RGB-D, first camera" }),
+        KeptOutput::Map => {
+            json!({ "ply": "landmarks in the tracker's world at the end", "tum": "keyframes still held" })
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use crate::text::named;
 
 named! {
     /// A stage's output or a kind of ground truth.
-    pub enum Kept {
+    pub enum KeptOutput {
         /// Packets as they leave the link, back to back.
         Packets = "packets",
         /// Mean photons of each pixel behind its filter.
@@ -41,7 +41,7 @@ named! {
     }
 }
 
-impl Kept {
+impl KeptOutput {
     /// Folders that it fills in a run of so many cameras, relative to the run's.
     pub(super) fn folders(self, cameras: usize) -> Vec<String> {
         let name = self.name();
@@ -80,14 +80,14 @@ pub(super) fn pair(from: usize, to: usize) -> String {
 
 /// What a run keeps.
 #[derive(Clone, Debug, Default)]
-pub struct Keep(Vec<Kept>);
+pub struct Keep(Vec<KeptOutput>);
 
 impl Keep {
     /// Reads the words of `--keep`. Fails on a word that names nothing that can be kept.
     pub fn parse(words: &[String]) -> Result<Self, Error> {
         let kept = |word: &String| {
-            Kept::ALL.into_iter().find(|kept| kept.name() == word).ok_or_else(|| {
-                let known = Kept::ALL.map(Kept::name).join(", ");
+            KeptOutput::ALL.into_iter().find(|kept| kept.name() == word).ok_or_else(|| {
+                let known = KeptOutput::ALL.map(KeptOutput::name).join(", ");
                 Error::Unknown { what: "stage to keep", name: word.clone(), known }
             })
         };
@@ -96,8 +96,8 @@ impl Keep {
 
     /// Whether a run with so many cameras can keep it. Fails on another camera's view where there is none.
     pub fn check(&self, cameras: usize) -> Result<(), Error> {
-        if cameras < 2 && self.has(Kept::Stereo) {
-            let known = Kept::ALL.into_iter().filter(|kept| *kept != Kept::Stereo).map(Kept::name);
+        if cameras < 2 && self.has(KeptOutput::Stereo) {
+            let known = KeptOutput::ALL.into_iter().filter(|kept| *kept != KeptOutput::Stereo).map(KeptOutput::name);
             let (name, known) = ("stereo".to_owned(), known.collect::<Vec<_>>().join(", "));
             return Err(Error::Unknown { what: "stage to keep of one camera", name, known });
         }
@@ -106,20 +106,22 @@ impl Keep {
 
     /// Whether a run on pictures can keep it: they have no surfaces, only depth at best. Fails on kinds of output that need geometry.
     pub(super) fn check_for_pictures(&self, has_depth: bool) -> Result<(), Error> {
-        let missing = |kept: &Kept| match kept {
-            Kept::Depth => !has_depth,
-            other => other.needs_surfaces() || *other == Kept::Tum,
+        let missing = |kept: &KeptOutput| match kept {
+            KeptOutput::Depth => !has_depth,
+            other => other.needs_surfaces() || *other == KeptOutput::Tum,
         };
         let Some(kept) = self.all().find(missing) else { return Ok(()) };
         let reason = match kept {
-            Kept::Depth => "the pictures that the scene is made of have no depth; use channel Z, or scene.images_depth",
+            KeptOutput::Depth => {
+                "the pictures that the scene is made of have no depth; use channel Z, or scene.images_depth"
+            }
             _ => "pictures have no surfaces; use a scene with geometry",
         };
         Err(Error::key("--keep", kept.name(), reason))
     }
 
     /// Whether a kind is kept.
-    pub fn has(&self, kept: Kept) -> bool {
+    pub fn has(&self, kept: KeptOutput) -> bool {
         self.0.contains(&kept)
     }
 
@@ -129,8 +131,8 @@ impl Keep {
     }
 
     /// Every kind that is kept, once.
-    pub fn all(&self) -> impl Iterator<Item = Kept> + '_ {
-        Kept::ALL.into_iter().filter(|kept| self.has(*kept))
+    pub fn all(&self) -> impl Iterator<Item = KeptOutput> + '_ {
+        KeptOutput::ALL.into_iter().filter(|kept| self.has(*kept))
     }
 
     pub(super) fn needs_surfaces(&self) -> bool {

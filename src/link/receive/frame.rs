@@ -15,7 +15,7 @@ use crate::units::Size;
 
 /// A row's packet: its number where it had one, its payload where that is whole groups whose CRC held. Every bit of such a payload is a
 /// bit of a code, so that equal payloads are equal codes.
-struct Row<'a> {
+struct ReceivedRow<'a> {
     number: Option<u32>,
     payload_bytes: usize,
     payload: Option<&'a [u8]>,
@@ -34,7 +34,7 @@ pub(super) struct Open<'a> {
     embedded: Option<(FrameMetadata, FrameShape)>,
     kind: Option<RawKind>,
     line: Option<u32>,
-    rows: Vec<Row<'a>>,
+    rows: Vec<ReceivedRow<'a>>,
     holes: Vec<Hole>,
     records: Vec<Records>,
     doubled: u64,
@@ -43,7 +43,7 @@ pub(super) struct Open<'a> {
 }
 
 /// The packet, if any, of each announced row.
-struct Places {
+struct RowPackets {
     size: Size,
     kind: RawKind,
     packets: Vec<Option<usize>>,
@@ -89,7 +89,7 @@ impl<'a> Open<'a> {
                 let alike = *self.kind.get_or_insert(kind) == kind;
                 let understood = holds && alike && kind.pixels_in(payload.len()).is_some();
                 let payload_bytes = payload.len();
-                self.rows.push(Row { number, payload_bytes, payload: understood.then_some(payload) });
+                self.rows.push(ReceivedRow { number, payload_bytes, payload: understood.then_some(payload) });
                 understood
             }
             DataType::Features => match holds.then(|| records::parse(payload)).flatten() {
@@ -195,14 +195,14 @@ impl<'a> Open<'a> {
     }
 
     /// Where the rows belong; nothing where that is in doubt, or no rows were announced.
-    fn places(&mut self) -> Option<Places> {
+    fn places(&mut self) -> Option<RowPackets> {
         let (_, shape) = self.embedded?;
         let size = shape.size()?;
         let kind = RawKind::ALL.into_iter().find(|kind| kind.data_type() == shape.data_type)?;
         let payload_bytes = kind.payload_bytes(index(size.width_px));
         // A damaged row must have as many bytes as announced, so damage cannot claim memory.
         let fills = kind.pixels_in(payload_bytes) == Some(index(size.width_px));
-        let fits = |row: &Row| row.payload_bytes == payload_bytes && (row.payload.is_none() || fills);
+        let fits = |row: &ReceivedRow| row.payload_bytes == payload_bytes && (row.payload.is_none() || fills);
         if self.kind.is_some_and(|found| found != kind) || !self.rows.iter().all(fits) {
             return None;
         }
@@ -211,7 +211,7 @@ impl<'a> Open<'a> {
         } else {
             self.by_count(index(size.height_px), HEADER_BYTES + payload_bytes + CRC_BYTES)?
         };
-        Some(Places { size, kind, packets })
+        Some(RowPackets { size, kind, packets })
     }
 
     /// A number is believed where it is greater than all numbers before it and less than all after it: a line-start packet whose many
@@ -266,7 +266,7 @@ impl<'a> Open<'a> {
         Some(packets)
     }
 
-    fn picture(&self, places: &Places) -> Plane<u16> {
+    fn picture(&self, places: &RowPackets) -> Plane<u16> {
         let mut picture = Plane::filled(places.size, 0);
         for (row, packet) in places.packets.iter().enumerate() {
             if let Some(payload) = packet.and_then(|packet| self.rows[packet].payload) {

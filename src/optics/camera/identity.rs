@@ -1,6 +1,6 @@
 //! What of a camera reaches the photons, as a hash.
 
-use super::Camera;
+use super::{BandGroup, Camera};
 
 impl Camera {
     /// Adds all that decides its photons. Every field is named, so that a new one is decided on here before it compiles. Numbers enter
@@ -17,17 +17,16 @@ impl Camera {
             infrared_transmission,
             band_groups,
             optical_crosstalk,
-            // Both follow from lens, size and shading.
+            // It follows from lens, size and shading.
             bearings: _,
-            spreads: _,
         } = self;
         let own = (lens, size, body_from_camera, aperture, pixel_pitch_um, shading, mosaic);
         let text = format!("{own:?} {infrared_transmission:?} {optical_crosstalk:?} {}", band_groups.len());
         hasher.update(text.as_bytes());
         for group in band_groups {
-            let (camera, rest) = group.parts();
-            hasher.update(rest.as_bytes());
-            camera.hash_into(hasher);
+            let BandGroup { lens, bearings: _, mosaic, bands, kernels, filters_later, electrical_crosstalk } = group;
+            let path = (bands, kernels, filters_later, electrical_crosstalk);
+            hasher.update(format!("{lens:?} {mosaic:?} {path:?}").as_bytes());
         }
     }
 }

@@ -12,7 +12,7 @@ const KNOTS_MAX: usize = TABLE_POINTS_MAX + 1;
 
 /// Radius (in any unit, of which the intrinsics say how many pixels it is) against the angle off the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Table {
+pub struct RadiusTable {
     /// Knots in use, the axis included.
     count: usize,
     angles_rad: [f64; KNOTS_MAX],
@@ -20,7 +20,7 @@ pub struct Table {
     slopes: [f64; KNOTS_MAX],
 }
 
-impl Table {
+impl RadiusTable {
     /// From points (angle in radians, radius), both rising from above 0. The axis, 0 at 0, is taken as known and may be the first. Fails
     /// on no or more than [`TABLE_POINTS_MAX`] points; angles or radii that do not rise, or angles beyond pi.
     pub fn new(points: &[(f64, f64)]) -> Result<Self, Error> {
@@ -82,7 +82,7 @@ impl Table {
     }
 }
 
-impl Radial for Table {
+impl Radial for RadiusTable {
     fn angle_max_rad(&self) -> f64 {
         self.angles_rad[self.count - 1]
     }
@@ -107,7 +107,7 @@ mod tests {
     #[test]
     fn the_cubic_meets_its_points_and_stays_monotone_between_them() {
         let points = [(0.2, 0.3), (0.5, 0.5), (0.6, 2.0), (1.9, 2.1)];
-        let table = Table::new(&points).unwrap();
+        let table = RadiusTable::new(&points).unwrap();
         for (angle_rad, radius) in points {
             // The last is met from the stretch before it: a few roundings of 2.
             assert!((table.radius(angle_rad).0 - radius).abs() < 2e-15, "{angle_rad}");
@@ -136,8 +136,8 @@ mod tests {
             &[(3.2, 1.0)],
             &[(-0.1, 1.0)],
         ] {
-            assert!(Table::new(points).is_err(), "{points:?}");
+            assert!(RadiusTable::new(points).is_err(), "{points:?}");
         }
-        assert!(Table::new(&[(0.0, 0.0), (0.5, 1.0)]).is_ok());
+        assert!(RadiusTable::new(&[(0.0, 0.0), (0.5, 1.0)]).is_ok());
     }
 }

@@ -36,7 +36,7 @@ fn mapping(model: u64, key: DrawKey) -> Mapping {
                     radius + between(key, 2 * knot + 1, 0.03, 0.3),
                 ));
             }
-            Mapping::Table(Table::new(&points).unwrap())
+            Mapping::Table(RadiusTable::new(&points).unwrap())
         }
     }
 }
@@ -206,7 +206,7 @@ fn a_table_of_a_known_lens_stands_for_it() {
         .map(|angle_rad| (angle_rad, 2.0 * libm::tan(0.5 * angle_rad)))
         .collect();
     let intrinsics = Intrinsics { fx_px: 1.0, fy_px: 1.0, cx_px: 0.0, cy_px: 0.0 };
-    let lens = Lens { intrinsics, mapping: Mapping::Table(Table::new(&points).unwrap()) };
+    let lens = Lens { intrinsics, mapping: Mapping::Table(RadiusTable::new(&points).unwrap()) };
     let mut tried = 0;
     for step in 0..990_u32 {
         let angle_rad = (0.1 * f64::from(step)).to_radians();

@@ -63,7 +63,7 @@ pub fn matches<'a>(
     let (scene, size) = (scene.into(), surfaces.size());
     let search = Search { scene, view: to, pose_of_all: to.is_instant().then(|| to.row_poses[0]) };
     let work = |row: usize| {
-        let mut found: Vec<Match> = Vec::with_capacity(surfaces.range_m.width_px());
+        let mut found: Vec<PixelMatch> = Vec::with_capacity(surfaces.range_m.width_px());
         for column in 0..surfaces.range_m.width_px() {
             let here_px = DVec2::new(f64_from_usize(column), f64_from_usize(row));
             found.push(search.match_of(surfaces.point(&scene, from, column, row), here_px));
@@ -77,14 +77,14 @@ pub fn matches<'a>(
     Matches { dx_px: of(0), dy_px: of(1), seen }
 }
 
-struct Match {
+struct PixelMatch {
     shift_px: [f64; 2],
     seen: Visibility,
     /// The point, and the time and the camera's pose that see it, where it lies on the picture.
     met: Option<(Point, f64, Pose)>,
 }
 
-impl Match {
+impl PixelMatch {
     fn none(seen: Visibility) -> Self {
         Self { shift_px: [f64::NAN; 2], seen, met: None }
     }
@@ -98,21 +98,23 @@ struct Search<'a, 'b> {
 }
 
 impl Search<'_, '_> {
-    fn match_of(&self, point: Option<Point>, here_px: DVec2) -> Match {
-        let Some(point) = point else { return Match::none(Visibility::Nothing) };
+    fn match_of(&self, point: Option<Point>, here_px: DVec2) -> PixelMatch {
+        let Some(point) = point else { return PixelMatch::none(Visibility::Nothing) };
         let lens = &self.view.camera.lens;
         let (pose, t_s) = match self.pose_of_all {
             Some(pose) => (pose, self.view.time_s(0.0)),
             None => match self.row_of(&point, here_px.y) {
                 Ok(y_px) => (self.view.pose(y_px), self.view.time_s(y_px)),
-                Err(seen) => return Match::none(seen),
+                Err(seen) => return PixelMatch::none(seen),
             },
         };
         let in_world = point.at(&self.scene, t_s);
-        let Some(place_px) = lens.project(in_world.in_camera(&pose)) else { return Match::none(Visibility::Outside) };
+        let Some(place_px) = lens.project(in_world.in_camera(&pose)) else {
+            return PixelMatch::none(Visibility::Outside);
+        };
         let inside = is_inside(self.view.camera.size, place_px);
         let seen = if inside { Visibility::Visible } else { Visibility::Outside };
-        Match { shift_px: (place_px - here_px).to_array(), seen, met: inside.then_some((point, t_s, pose)) }
+        PixelMatch { shift_px: (place_px - here_px).to_array(), seen, met: inside.then_some((point, t_s, pose)) }
     }
 
     /// The row on which a point lies while that row is exposed; the poses between rows are interpolated.
@@ -133,7 +135,7 @@ impl Search<'_, '_> {
 }
 
 /// Looks from where each point is seen back to the point.
-fn mark_occluded(scene: &Shapes<'_>, found: &mut [Match]) {
+fn mark_occluded(scene: &Shapes<'_>, found: &mut [PixelMatch]) {
     let mut stack = Stack::new();
     for group in found.chunks_mut(LANES) {
         for object in 0..=u32_from(scene.objects.len()) {

@@ -104,13 +104,13 @@ const fn kind(key: &'static str, name: &'static str, unit: &'static str, good: G
 }
 
 /// A run's values by frame, figure by figure.
-struct Values<'a> {
+struct RunValues<'a> {
     run: &'a FinishedRun,
     poses: PoseSeries,
     alone: Option<PoseSeries>,
 }
 
-impl<'a> Values<'a> {
+impl<'a> RunValues<'a> {
     fn of(run: &'a FinishedRun, frames: usize) -> Self {
         let (cameras, fps) = (run.report.scenario.cameras, run.report.timing.fps);
         // Frames that the other run lacks take no part in the alignment either.
@@ -182,7 +182,7 @@ const KINDS: [Kind; 17] = [
 pub fn differences(a: &FinishedRun, b: &FinishedRun, pairs: &[(usize, usize)]) -> Vec<FigureDifference> {
     let is_paired = !pairs.is_empty();
     let count = |run: &FinishedRun| if is_paired { pairs.len() } else { run.truth.len() };
-    let values = [Values::of(a, count(a)).all(), Values::of(b, count(b)).all()];
+    let values = [RunValues::of(a, count(a)).all(), RunValues::of(b, count(b)).all()];
     assert!(values.iter().all(|all| all.len() == KINDS.len()), "every figure has its values");
     let figure = |(place, kind): (usize, &Kind)| {
         let [of_a, of_b] = [&values[0][place], &values[1][place]];

@@ -8,7 +8,7 @@ use base64::engine::general_purpose::STANDARD;
 use super::parts::{TEXT, section};
 use crate::num::{f64_from_usize, greater, lesser};
 use crate::plane::Plane;
-use crate::report::chart::{Axes, Ink, Series, Shape, chart, runs_of};
+use crate::report::chart::{Axes, Ink, Series, SeriesShape, chart, runs_of};
 use crate::report::compare::{Against, Comparison, FigureDifference, FinishedRun, RunHead, Verdict};
 use crate::report::html::frames::png;
 use crate::report::html::page;
@@ -283,7 +283,12 @@ fn curves(runs: &[FinishedRun], names: &[String]) -> String {
                 let frames = runs[place].report.frames.iter().enumerate();
                 let points = frames.map(|(k, frame)| (frame.t_s, values(place, k, frame)));
                 let width_px = if place == 0 { 3 } else { 2 };
-                Series { name: &names[place], ink: INKS[place], shape: Shape::Line(width_px), runs: runs_of(points) }
+                Series {
+                    name: &names[place],
+                    ink: INKS[place],
+                    shape: SeriesShape::Line(width_px),
+                    runs: runs_of(points),
+                }
             })
             .collect()
     };

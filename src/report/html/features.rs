@@ -1,14 +1,14 @@
 //! Features found and tracked over time, and the picture's brightness beside them.
 
 use super::parts::section;
-use crate::report::chart::{Axes, Ink, Series, Shape, chart};
+use crate::report::chart::{Axes, Ink, Series, SeriesShape, chart};
 use crate::report::html::text::digits;
 use crate::report::record::{FrameRecord, Report};
 
 pub(super) fn features(report: &Report) -> String {
     let line = |name, ink, width_px, value: fn(&FrameRecord) -> f64| {
         let points = report.frames.iter().map(|frame| (frame.t_s, value(frame))).collect();
-        Series { name, ink, shape: Shape::Line(width_px), runs: vec![points] }
+        Series { name, ink, shape: SeriesShape::Line(width_px), runs: vec![points] }
     };
     let counts = [
         line("found by the sensors", Ink::Three, 2, |frame| f64::from(frame.found)),

@@ -7,7 +7,7 @@ use base64::engine::general_purpose::STANDARD;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder as _};
 
-use super::parts::{Mark, Picture, Pictures, TEXT, section};
+use super::parts::{FramePicture, FramePictures, Mark, TEXT, section};
 use crate::plane::Plane;
 use crate::report::html::text::escaped;
 
@@ -15,7 +15,7 @@ use crate::report::html::text::escaped;
 const TRACKED: &str = "#56c8ff";
 const UNTRACKED: &str = "#ffb000";
 
-pub(super) fn frames(pictures: &Pictures) -> String {
+pub(super) fn frames(pictures: &FramePictures) -> String {
     if pictures.strip.is_empty() {
         return String::new();
     }
@@ -36,7 +36,7 @@ fn sample(colour: &str, path: &str) -> String {
     format!("<svg viewBox=\"0 0 32 16\" aria-hidden=\"true\">{}</svg>", haloed(path, colour))
 }
 
-fn figure(picture: &Picture) -> String {
+fn figure(picture: &FramePicture) -> String {
     let (width, height) = (picture.values.width_px(), picture.values.height_px());
     let places = |tracked: bool| {
         let marks = picture.marks.iter().filter(move |mark| mark.tracked == tracked);

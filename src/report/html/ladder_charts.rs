@@ -1,7 +1,7 @@
 //! What accuracy costs in time, at a glance: rungs as bars, each knob as a curve, and what the same settings do to the pose.
 
 use crate::num::{greater, lesser};
-use crate::report::chart::{Axes, Ink, Note, Series, Shape, chart};
+use crate::report::chart::{Axes, Ink, Note, Series, SeriesShape, chart};
 use crate::report::html::text::{digits, escaped, si};
 use crate::report::ladder_record::{LadderRecord, LadderRow};
 
@@ -96,7 +96,7 @@ fn plot(record: &LadderRecord, plot: &Plot<'_>) -> String {
             continue;
         }
         let runs = vec![points.iter().map(|(x, y, _)| (*x, *y)).collect()];
-        series.push(Series { name, ink: *ink, shape: Shape::Marked(2), runs });
+        series.push(Series { name, ink: *ink, shape: SeriesShape::Marked(2), runs });
         // Tolerances of effects differ little in time: one word for all of them.
         let shown = if *ink == Ink::Five { &points[points.len() - 1..] } else { &points[..] };
         notes.extend(shown.iter().map(|(x, y, value)| Note { at: (*x, *y), text: short(value), ink: *ink }));
@@ -107,7 +107,7 @@ fn plot(record: &LadderRecord, plot: &Plot<'_>) -> String {
         series.push(Series {
             name: "in use",
             ink: Ink::One,
-            shape: Shape::Ring,
+            shape: SeriesShape::Ring,
             runs: vec![vec![(row.ms_per_frame, y)]],
         });
     }
@@ -115,7 +115,7 @@ fn plot(record: &LadderRecord, plot: &Plot<'_>) -> String {
         series.push(Series {
             name,
             ink: Ink::One,
-            shape: Shape::Line(1),
+            shape: SeriesShape::Line(1),
             runs: vec![vec![(from, level), (to, level)]],
         });
     }

@@ -9,16 +9,16 @@ pub(super) const TEXT: &str = "writing to a string cannot fail";
 
 /// Frames to show.
 #[derive(Clone, Debug, Default)]
-pub struct Pictures {
+pub struct FramePictures {
     /// In the order of the page; three to six look best.
-    pub strip: Vec<Picture>,
+    pub strip: Vec<FramePicture>,
     /// A picture of a row's conversions beside the page, by its relative path.
     pub waves: Option<String>,
 }
 
 /// One frame of a sensor with what was found in it.
 #[derive(Clone, Debug)]
-pub struct Picture {
+pub struct FramePicture {
     /// Codes brought to 8 bits.
     pub values: Plane<u8>,
     /// For a person: camera, frame and time.

@@ -1,20 +1,20 @@
 //! Errors of the pose on their own axes: a few millimetres do not show on axes of metres.
 
 use super::parts::section;
-use crate::report::chart::{Axes, Ink, Series, Shape, chart, runs_of};
+use crate::report::chart::{Axes, Ink, Series, SeriesShape, chart, runs_of};
 use crate::report::html::text::{digits, escaped, percent, si};
 use crate::report::record::{FrameRecord, Report};
 
 pub(super) fn pose_axes(report: &Report) -> String {
     let axis = |name, ink, axis: usize| {
         let error_mm = move |frame: &FrameRecord| frame.estimate_m.map(|at_m| 1e3 * (at_m[axis] - frame.truth_m[axis]));
-        Series { name, ink, shape: Shape::Line(2), runs: over_time(report, error_mm) }
+        Series { name, ink, shape: SeriesShape::Line(2), runs: over_time(report, error_mm) }
     };
     let position = [axis("x", Ink::One, 0), axis("y (up)", Ink::Two, 1), axis("z", Ink::Three, 2)];
     let angle = [Series {
         name: "orientation error",
         ink: Ink::Four,
-        shape: Shape::Line(2),
+        shape: SeriesShape::Line(2),
         runs: over_time(report, |frame| frame.orientation_deg),
     }];
     let position_axes = Axes {

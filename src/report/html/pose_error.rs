@@ -1,7 +1,7 @@
 //! The position error over time, and all pose figures in a table.
 
 use super::parts::section;
-use crate::report::chart::{Axes, Ink, Series, Shape, chart, runs_of};
+use crate::report::chart::{Axes, Ink, Series, SeriesShape, chart, runs_of};
 use crate::report::html::text::{digits, escaped, percent, si};
 use crate::report::record::{Report, TrackingEvent};
 
@@ -10,7 +10,7 @@ const EVENTS_MAX: usize = 20;
 
 pub(super) fn pose_error(report: &Report) -> String {
     let points = report.frames.iter().map(|frame| (frame.t_s, frame.error_m.map(|error_m| 1e3 * error_m)));
-    let series = [Series { name: "position error", ink: Ink::Two, shape: Shape::Line(2), runs: runs_of(points) }];
+    let series = [Series { name: "position error", ink: Ink::Two, shape: SeriesShape::Line(2), runs: runs_of(points) }];
     let frame = Axes {
         title: "Position error over time",
         x_label: "time in s",
@@ -30,7 +30,7 @@ fn spectrum(report: &Report) -> String {
     if points.is_empty() {
         return String::new();
     }
-    let series = [Series { name: "position error", ink: Ink::Two, shape: Shape::Line(2), runs: vec![points] }];
+    let series = [Series { name: "position error", ink: Ink::Two, shape: SeriesShape::Line(2), runs: vec![points] }];
     let frame = Axes {
         title: "Spectrum of the position error",
         x_label: "frequency in Hz",

@@ -4,7 +4,7 @@ use crate::report::html::energy::factor_of;
 use crate::report::html::text::{digits, digits_within, escaped, grouped, percent, si, si_parts};
 use crate::report::record::Report;
 
-struct Tile {
+struct FigureTile {
     name: &'static str,
     /// Number and unit, or None where it could not be measured.
     value: Option<(String, String)>,
@@ -30,12 +30,12 @@ fn pose_tiles(report: &Report) -> String {
         grouped(f64::from(report.scenario.frames))
     );
     [
-        Tile {
+        FigureTile {
             name: "Position error (ATE)",
             value: metres(tracking.ate_m),
             meaning: why("tracking.ate_m", &format!("RMS distance from the true path after {how}.")),
         },
-        Tile {
+        FigureTile {
             name: "Frame jitter (RPE over one frame)",
             value: metres(tracking.jitter_frame_m),
             meaning: why(
@@ -43,7 +43,7 @@ fn pose_tiles(report: &Report) -> String {
                 &format!("RMS error of one frame\u{2019}s motion.{}", render_share(report)),
             ),
         },
-        Tile {
+        FigureTile {
             name: "Second-difference jitter (d2)",
             value: metres(d2_m),
             meaning: match (d2_m, tracking.jitter_d2_m) {
@@ -52,12 +52,12 @@ fn pose_tiles(report: &Report) -> String {
                 (None, _) => why("tracking.jitter_d2_m", "Sigma of the position error per axis, blind to drift."),
             },
         },
-        Tile {
+        FigureTile {
             name: "Drift over one second (RPE)",
             value: metres(tracking.rpe_m),
             meaning: why("tracking.rpe_m", "RMS error of the motion between poses one second apart."),
         },
-        Tile {
+        FigureTile {
             name: "Features tracked",
             value: report.features.median_tracked.map(|value| (digits(value), "per frame".to_owned())),
             meaning: tracked,
@@ -88,18 +88,22 @@ fn sensor_tiles(report: &Report) -> String {
         None => why_no_features(report),
     };
     [
-        Tile { name: "Power", value: Some((digits_within(energy.power_mw, factor), "mW".to_owned())), meaning: range },
-        Tile {
+        FigureTile {
+            name: "Power",
+            value: Some((digits_within(energy.power_mw, factor), "mW".to_owned())),
+            meaning: range,
+        },
+        FigureTile {
             name: "Energy a pixel",
             value: Some((digits_within(energy.pj_per_pixel, factor), "pJ".to_owned())),
             meaning: "Per pixel and frame, from photodiode to the last byte on the link.".to_owned(),
         },
-        Tile {
+        FigureTile {
             name: "Raw pixels",
             value: Some(si_parts(bandwidth.raw_bits_per_frame * fps, "bit/s")),
             meaning: reduction,
         },
-        Tile {
+        FigureTile {
             name: "Latency",
             value: Some(si_parts(report.timing.latency_us * 1e-6, "s")),
             meaning: "From the middle of the exposure to the last bit of the frame\u{2019}s last packet on the lanes, \
@@ -131,7 +135,7 @@ fn rate(bits_per_s: f64) -> String {
     si(bits_per_s, "bit/s")
 }
 
-fn tile(tile: &Tile) -> String {
+fn tile(tile: &FigureTile) -> String {
     let value = match &tile.value {
         Some((number, unit)) => format!("<p class=\"number\">{} <small>{}</small></p>", escaped(number), escaped(unit)),
         None => "<p class=\"none\">not measured</p>".to_owned(),

@@ -1,7 +1,7 @@
 //! The path from above and from the side, estimate against truth, a metre as long on both axes.
 
 use super::parts::{reason, section};
-use crate::report::chart::{Axes, Ink, Series, Shape, chart, runs_of};
+use crate::report::chart::{Axes, Ink, Series, SeriesShape, chart, runs_of};
 use crate::report::html::text::si;
 use crate::report::record::{FrameRecord, Report};
 
@@ -24,8 +24,13 @@ fn view(report: &Report, title: &str, across: usize, up: usize, labels: (&str, &
     let frames = &report.frames;
     let truth = frames.iter().map(|frame| (frame.truth_m[across], frame.truth_m[up])).collect();
     let series = [
-        Series { name: "truth", ink: Ink::One, shape: Shape::Line(6), runs: vec![truth] },
-        Series { name: "estimate", ink: Ink::Two, shape: Shape::Line(2), runs: estimate_runs(frames, across, up) },
+        Series { name: "truth", ink: Ink::One, shape: SeriesShape::Line(6), runs: vec![truth] },
+        Series {
+            name: "estimate",
+            ink: Ink::Two,
+            shape: SeriesShape::Line(2),
+            runs: estimate_runs(frames, across, up),
+        },
     ];
     let frame = Axes { title, x_label: labels.0, y_label: labels.1, equal: true, ..Axes::default() };
     chart(&frame, &series)

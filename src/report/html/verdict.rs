@@ -20,7 +20,7 @@ enum Answer {
     Open,
 }
 
-struct Line {
+struct VerdictLine {
     question: &'static str,
     answer: Answer,
     words: String,
@@ -28,7 +28,7 @@ struct Line {
 
 pub(super) fn verdict(report: &Report) -> String {
     let lines = [keeps_up(report), line_budget(report), tracked(report), exposed(report), render(report)];
-    let item = |line: &Line| {
+    let item = |line: &VerdictLine| {
         let (class, word) = match line.answer {
             Answer::Yes => ("good", "yes"),
             Answer::No => ("bad", "no"),
@@ -46,26 +46,26 @@ pub(super) fn verdict(report: &Report) -> String {
     )
 }
 
-fn keeps_up(report: &Report) -> Line {
+fn keeps_up(report: &Report) -> VerdictLine {
     let question = "Does the extractor keep up?";
     let Some(clocks) = &report.timing.extractor else {
-        return Line { question, answer: Answer::Open, words: "The sensor extracts nothing.".to_owned() };
+        return VerdictLine { question, answer: Answer::Open, words: "The sensor extracts nothing.".to_owned() };
     };
     let [required, available] = [clocks.required, clocks.available].map(|clk| grouped(f64_from_u64(clk)));
     if clocks.keeps_up {
         let spare = percent(1.0 - f64_from_u64(clocks.required) / greater(f64_from_u64(clocks.available), 1.0));
         let words = format!("{required} clocks of a frame\u{2019}s {available}; {spare} are spare.");
-        return Line { question, answer: Answer::Yes, words };
+        return VerdictLine { question, answer: Answer::Yes, words };
     }
     let over = grouped(f64_from_u64(clocks.frames_over));
     let words = format!(
         "{required} clocks are needed of a frame\u{2019}s {available}; {over} frames of a camera needed more than there are. Use {}.",
         clocks.remedy
     );
-    Line { question, answer: Answer::No, words }
+    VerdictLine { question, answer: Answer::No, words }
 }
 
-fn line_budget(report: &Report) -> Line {
+fn line_budget(report: &Report) -> VerdictLine {
     let question = "Is the budget of a line met?";
     let timing = &report.timing;
     let ends = timing.line.iter().map(|phase| phase.end_us);
@@ -78,20 +78,20 @@ fn line_budget(report: &Report) -> Line {
         percent(report.bandwidth.link_utilisation_burst)
     );
     if timing.line.is_empty() {
-        return Line { question, answer: Answer::Open, words: "No spans of a line were recorded.".to_owned() };
+        return VerdictLine { question, answer: Answer::Open, words: "No spans of a line were recorded.".to_owned() };
     }
     match stalled {
-        0 => Line { question, answer: Answer::Yes, words: spare },
+        0 => VerdictLine { question, answer: Answer::Yes, words: spare },
         rows => {
             let rows = grouped(f64_from_u64(rows));
             let words =
                 format!("{spare} The readout stood still for {rows} rows; a faster link or a longer line helps.");
-            Line { question, answer: Answer::No, words }
+            VerdictLine { question, answer: Answer::No, words }
         }
     }
 }
 
-fn tracked(report: &Report) -> Line {
+fn tracked(report: &Report) -> VerdictLine {
     let tracking = &report.tracking;
     let share = tracking.tracked_fraction;
     let error = match (tracking.ate_m, tracking.jitter_still_m) {
@@ -102,14 +102,14 @@ fn tracked(report: &Report) -> Line {
     let answer = if share >= TRACKED_MIN { Answer::Yes } else { Answer::No };
     let lost = tracking.events.iter().filter(|event| event.event == "lost").count();
     let losses = if lost > 0 { format!("; lost {} times", grouped(f64_from_usize(lost))) } else { String::new() };
-    Line {
+    VerdictLine {
         question: "Is the pose tracked?",
         answer,
         words: format!("{} of the frames{error}{losses}.", percent(share)),
     }
 }
 
-fn exposed(report: &Report) -> Line {
+fn exposed(report: &Report) -> VerdictLine {
     let question = "Is the exposure sane?";
     let adc = report.config.get("sensor").and_then(|sensor| sensor.get("adc"));
     let black_dn = adc.and_then(|adc| adc.get("black_level_dn")).and_then(toml::Value::as_integer).unwrap_or(0);
@@ -117,7 +117,7 @@ fn exposed(report: &Report) -> Line {
     let full_dn = f64::from((1_u32 << report.scenario.bits.min(16)) - 1);
     let codes: Vec<f64> = report.frames.iter().map(|frame| frame.mean_code_dn).collect();
     let (Some(mean_dn), true) = (crate::report::median(&codes), full_dn > black_dn) else {
-        return Line { question, answer: Answer::Open, words: "No frame was sensed.".to_owned() };
+        return VerdictLine { question, answer: Answer::Open, words: "No frame was sensed.".to_owned() };
     };
     let share = (mean_dn - black_dn) / (full_dn - black_dn);
     let words = format!(
@@ -131,13 +131,13 @@ fn exposed(report: &Report) -> Line {
         high if high > EXPOSED[1] => (Answer::No, ": bright. Use a shorter exposure or less gain."),
         _ => (Answer::Yes, "."),
     };
-    Line { question, answer, words: format!("{words}{rest}") }
+    VerdictLine { question, answer, words: format!("{words}{rest}") }
 }
 
-fn render(report: &Report) -> Line {
+fn render(report: &Report) -> VerdictLine {
     let question = "Is the error the sensor\u{2019}s own?";
     let Some(ratio) = report.scenario.render_variance_ratio else {
-        return Line {
+        return VerdictLine {
             question,
             answer: Answer::Open,
             words: "The render\u{2019}s own noise was not measured.".to_owned(),
@@ -145,10 +145,10 @@ fn render(report: &Report) -> Line {
     };
     let words = format!("The render\u{2019}s variance is {} times that of the photons", digits(ratio));
     if ratio <= RENDER_MAX {
-        return Line { question, answer: Answer::Yes, words: format!("{words}.") };
+        return VerdictLine { question, answer: Answer::Yes, words: format!("{words}.") };
     }
     let words = format!(
         "{words}: much of jitter and error is the renderer\u{2019}s. Use --accuracy 0.5 or a lower run.render_tolerance."
     );
-    Line { question, answer: Answer::No, words }
+    VerdictLine { question, answer: Answer::No, words }
 }

@@ -15,20 +15,20 @@ const LETTER_PX: f64 = 6.4;
 const CALLOUT_PX: f64 = 20.0;
 
 /// From time to place.
-pub(super) struct Scale {
+pub(super) struct TimeScale {
     pub left_px: f64,
     pub right_px: f64,
     pub start_us: f64,
     pub end_us: f64,
 }
 
-impl Scale {
+impl TimeScale {
     pub(super) fn x_px(&self, time_us: f64) -> f64 {
         self.left_px + (self.right_px - self.left_px) * (time_us - self.start_us) / (self.end_us - self.start_us)
     }
 }
 
-impl Scale {
+impl TimeScale {
     /// Milliseconds where the axis has ticks of half of one or more, else microseconds.
     fn unit(&self) -> (f64, &'static str) {
         if step_us(self.end_us - self.start_us) >= 500.0 { (1000.0, "ms") } else { (1.0, "\u{b5}s") }
@@ -47,7 +47,7 @@ fn class(name: &str) -> &'static str {
 }
 
 /// Draws a lane, with what is left of it up to `full_us` as free; gives the height where the next thing may begin.
-pub(super) fn lane(body: &mut String, scale: &Scale, spans: &[&Phase], full_us: f64, y_px: f64) -> f64 {
+pub(super) fn lane(body: &mut String, scale: &TimeScale, spans: &[&Phase], full_us: f64, y_px: f64) -> f64 {
     let (left, width) = (scale.left_px, scale.right_px - scale.left_px);
     let bed = |body: &mut String, class: &str, x_px: f64, width_px: f64| {
         let place = format!("x=\"{x_px:.1}\" y=\"{y_px:.1}\" width=\"{width_px:.1}\" height=\"{LANE_PX}\"");
@@ -77,7 +77,7 @@ pub(super) fn lane(body: &mut String, scale: &Scale, spans: &[&Phase], full_us: 
 }
 
 /// A length in the unit of the axis.
-fn duration(scale: &Scale, length_us: f64) -> String {
+fn duration(scale: &TimeScale, length_us: f64) -> String {
     let (unit_us, unit) = scale.unit();
     format!("{:.3} {unit}", length_us / unit_us)
 }
@@ -92,7 +92,7 @@ fn label(body: &mut String, x_px: f64, width_px: f64, y_px: f64, class: &str, wo
 }
 
 /// Words below spans that are too narrow for them, from left to right, each beside the last, with a line to its span.
-fn callouts(body: &mut String, scale: &Scale, narrow: &[(f64, String)], y_px: f64) {
+fn callouts(body: &mut String, scale: &TimeScale, narrow: &[(f64, String)], y_px: f64) {
     let width_px = |words: &str| LETTER_PX * f64_from_usize(words.chars().count()) + 12.0;
     let total_px: f64 = narrow.iter().fold(0.0, |sum, (_, words)| sum + width_px(words));
     let mut rest_px = total_px;
@@ -120,7 +120,7 @@ fn step_us(length_us: f64) -> f64 {
 }
 
 /// The axis with its ticks.
-pub(super) fn axis(body: &mut String, scale: &Scale, y_px: f64) -> f64 {
+pub(super) fn axis(body: &mut String, scale: &TimeScale, y_px: f64) -> f64 {
     let step = step_us(scale.end_us - scale.start_us);
     let (unit_us, unit) = scale.unit();
     let path = format!("M{:.1} {y_px:.1}H{:.1}", scale.left_px, scale.right_px);

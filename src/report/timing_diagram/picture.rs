@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 pub(super) use super::lines::text;
-use super::lines::{Scale, axis, lane};
-use super::spans::{Band, BandKind, TEXT, TimingDiagram};
+use super::lines::{TimeScale, axis, lane};
+use super::spans::{BandKind, RowBand, TEXT, TimingDiagram};
 use crate::num::{greater, lesser};
 use crate::report::escape::escaped;
 use crate::report::record::Phase;
@@ -83,7 +83,7 @@ fn one_line(body: &mut String, diagram: &TimingDiagram, top_px: f64) -> f64 {
     text(body, MARGIN_PX, top_px, "h", &format!("One line: {:.3} \u{b5}s", timing.line_time_us));
     text(body, RIGHT_PX, top_px, "s e", &diagram.limit());
     let end_us = timing.line.iter().fold(timing.line_time_us, |end_us, phase| greater(end_us, phase.end_us));
-    let scale = Scale { left_px: LEFT_PX, right_px: RIGHT_PX, start_us: 0.0, end_us };
+    let scale = TimeScale { left_px: LEFT_PX, right_px: RIGHT_PX, start_us: 0.0, end_us };
     let mut y_px = top_px + 16.0;
     for (name, spans) in by_lane(&timing.line) {
         text(body, MARGIN_PX, y_px + 20.0, "l", name);
@@ -101,7 +101,7 @@ fn two_frames(body: &mut String, diagram: &TimingDiagram, top_px: f64) -> f64 {
     );
     text(body, MARGIN_PX, top_px, "h", &format!("Two frames of {:.3} ms", 1e-3 * frame_us));
     text(body, RIGHT_PX, top_px, "s e", &line);
-    let scale = Scale { left_px: LEFT_PX, right_px: RIGHT_PX, start_us: 0.0, end_us: 2.0 * frame_us };
+    let scale = TimeScale { left_px: LEFT_PX, right_px: RIGHT_PX, start_us: 0.0, end_us: 2.0 * frame_us };
     let rows_px = legend(body, diagram, top_px + 24.0) + 14.0;
     writeln!(
         body,
@@ -165,7 +165,7 @@ fn exposure_class(slot: usize) -> &'static str {
 
 /// A band as a parallelogram from the first row's span to the last row's. A readout is a line thick, which may be less than a
 /// dot: its edge is drawn as well.
-fn push_band(body: &mut String, band: &Band, scale: &Scale, top_px: f64) {
+fn push_band(body: &mut String, band: &RowBand, scale: &TimeScale, top_px: f64) {
     let bottom_px = top_px + ROWS_PX;
     let [[first_start, first_end], [last_start, last_end]] =
         [band.first_us, band.last_us].map(|span| span.map(|us| scale.x_px(us)));

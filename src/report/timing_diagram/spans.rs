@@ -19,9 +19,9 @@ pub struct TimingDiagram {
     /// Pixel clock.
     pub pixel_rate_hz: u64,
     /// What a line must hold, in the order of the data.
-    pub budgets: Vec<Budget>,
+    pub budgets: Vec<LineBudget>,
     /// Exposures and readouts in time over rows.
-    pub bands: Vec<Band>,
+    pub bands: Vec<RowBand>,
     /// Readout and link below them, from the start of the same frame.
     pub lanes: Vec<crate::report::record::Phase>,
     /// Rows of the picture.
@@ -38,7 +38,7 @@ pub struct TimingDiagram {
 
 /// A demand on a line.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Budget {
+pub struct LineBudget {
     /// "pixels", "conversion", "shift out", "packet".
     pub name: String,
     /// Its own time.
@@ -65,7 +65,7 @@ pub enum BandKind {
 
 /// A span of the first and of the last row; rows between lie on straight lines between them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Band {
+pub struct RowBand {
     /// What it shows.
     pub kind: BandKind,
     /// Of which frame; frame 1 starts at 0 us.

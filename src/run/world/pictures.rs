@@ -10,8 +10,8 @@ use crate::config::scenario::{Folders, ImagesCamera};
 use crate::error::Error;
 use crate::num::{f64_from_i64, u32_from};
 use crate::optics::resample;
-use crate::scene::images::list::{self, Listed, Unit};
-use crate::scene::images::{Blend, ImageStream, PictureBytes, PictureCamera, StreamParams, Transfer, pinhole};
+use crate::scene::images::list::{self, ImageList, TimeUnit};
+use crate::scene::images::{Blend, ImageStream, PictureBytes, PictureCamera, StreamParams, TransferCurve, pinhole};
 use crate::scene::{ImageSequence, images};
 use crate::units::{Size, Span};
 
@@ -19,11 +19,11 @@ use crate::units::{Size, Span};
 const INNER: [&str; 4] = ["", "images/", "rgb/", "data/"];
 
 /// Lists of times, in the order in which they are looked for.
-const LISTS: [(&str, Unit); 4] = [
-    ("times.csv", Unit::Seconds),
-    ("times.txt", Unit::Seconds),
-    ("rgb.txt", Unit::Seconds),
-    ("data.csv", Unit::Nanoseconds),
+const LISTS: [(&str, TimeUnit); 4] = [
+    ("times.csv", TimeUnit::Seconds),
+    ("times.txt", TimeUnit::Seconds),
+    ("rgb.txt", TimeUnit::Seconds),
+    ("data.csv", TimeUnit::Nanoseconds),
 ];
 
 /// Bytes of files at most that are held where they cannot be read during the run.
@@ -49,7 +49,7 @@ pub(super) fn sequence(
     let mut first_ns = None;
     for (number, (folder, camera)) in folders.iter().zip(demand.cameras).enumerate() {
         let named = |error: Error| error.named_by("scene.images", folder);
-        let found = Found::of(scenario, folder, assets).map_err(named)?;
+        let found = FolderContent::of(scenario, folder, assets).map_err(named)?;
         notes.extend(found.notes.iter().map(|note| format!("{folder}: {note}")));
         let base_ns = *first_ns.get_or_insert(found.first_ns);
         let offset_s = f64_from_i64(found.first_ns - base_ns) * 1e-9;
@@ -67,7 +67,7 @@ pub(super) fn sequence(
 }
 
 /// What lies in a folder.
-struct Found {
+struct FolderContent {
     folder: String,
     /// Names of pictures with their folder, in the order of time.
     files: Vec<String>,
@@ -80,7 +80,7 @@ struct Found {
     notes: Vec<String>,
 }
 
-impl Found {
+impl FolderContent {
     fn of(scenario: &Scenario, folder: &str, assets: &dyn Assets) -> Result<Self, Error> {
         let refused = |reason: &str| Error::Content { file: folder.to_owned(), reason: reason.to_owned() };
         let folder = folder.trim_end_matches('/').to_owned();
@@ -128,7 +128,7 @@ impl Found {
         let section = &scenario.scene;
         let (illuminant, white_lux) = scenario.light()?;
         let blend = one_of("scene.images_blend", &section.images_blend, &Blend::ALL)?;
-        let transfer = one_of("scene.images_transfer", &section.images_transfer, &Transfer::ALL)?;
+        let transfer = one_of("scene.images_transfer", &section.images_transfer, &TransferCurve::ALL)?;
         let start_s = within("scene.images_start_s", section.images_start_s, -1e6..=1e6, "-1,000,000 to 1,000,000")?;
         let times_s: Vec<f64> = self.times_s.iter().map(|t_s| t_s + offset_s - start_s).collect();
         let depth_per_m = within("scene.images_depth_per_m", section.images_depth_per_m, 1.0..=1e6, "1 to 1,000,000")?;
@@ -188,7 +188,7 @@ fn text(file: &str, assets: &dyn Assets) -> Result<String, Error> {
 fn listed_files(
     folder: &str,
     list: &str,
-    listed: Listed,
+    listed: ImageList,
     pictures: &[String],
 ) -> Result<(Vec<String>, Vec<f64>), Error> {
     let refused = |reason: String| Error::Content { file: list.to_owned(), reason };

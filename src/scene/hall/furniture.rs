@@ -2,11 +2,11 @@
 //! walking.
 
 use super::super::build::{Builder, Opening, Wall};
-use super::plan::{BAY_M, BAYS, COLUMN_M, HALF_LENGTH_M, HALF_WALL_M, OUTER_M, SPRING_M, Stuff};
+use super::plan::{BAY_M, BAYS, COLUMN_M, HALF_LENGTH_M, HALF_WALL_M, HallMaterials, OUTER_M, SPRING_M};
 use crate::num::f32_from_i32;
 
 /// Puts everything in its place.
-pub(super) fn place(builder: &mut Builder, stuff: &Stuff) {
+pub(super) fn place(builder: &mut Builder, stuff: &HallMaterials) {
     for row in 0..15 {
         let z_m = -21.0 + 1.35 * f32_from_i32(row);
         for x_m in [-4.9, 1.1] {
@@ -28,7 +28,7 @@ pub(super) fn place(builder: &mut Builder, stuff: &Stuff) {
 }
 
 /// A bench that looks along -z: two ends, seat, back, a board below.
-fn bench(builder: &mut Builder, stuff: &Stuff, [x0, x1]: [f32; 2], z: f32) {
+fn bench(builder: &mut Builder, stuff: &HallMaterials, [x0, x1]: [f32; 2], z: f32) {
     for x in [x0, 0.5 * (x0 + x1) - 0.03, x1 - 0.06] {
         builder.block(stuff.wood, [x, 0.0, z - 0.02], [x + 0.06, 0.62, z + 0.46]);
         builder.block(stuff.wood, [x - 0.01, 0.62, z + 0.38], [x + 0.07, 1.02, z + 0.5]);
@@ -40,7 +40,7 @@ fn bench(builder: &mut Builder, stuff: &Stuff, [x0, x1]: [f32; 2], z: f32) {
 }
 
 /// Three steps, a table, six candlesticks.
-fn altar(builder: &mut Builder, stuff: &Stuff) {
+fn altar(builder: &mut Builder, stuff: &HallMaterials) {
     for step in 0..3 {
         let (inset_m, low_m) = (0.4 * f32_from_i32(step), 0.16 * f32_from_i32(step));
         let surface = stuff.slabs[usize::from(step == 1)];
@@ -66,7 +66,7 @@ fn altar(builder: &mut Builder, stuff: &Stuff) {
 }
 
 /// A marble urn on a pedestal.
-fn urn(builder: &mut Builder, stuff: &Stuff, [x, _, z]: [f32; 3]) {
+fn urn(builder: &mut Builder, stuff: &HallMaterials, [x, _, z]: [f32; 3]) {
     for (half_m, low_m, high_m) in [(0.36, 0.0, 0.12), (0.29, 0.12, 0.78), (0.34, 0.78, 0.88)] {
         builder.block(stuff.moulding, [x - half_m, low_m, z - half_m], [x + half_m, high_m, z + half_m]);
     }
@@ -92,7 +92,7 @@ fn urn(builder: &mut Builder, stuff: &Stuff, [x, _, z]: [f32; 3]) {
 }
 
 /// A banner on the wall over a column, on a rod.
-fn banner(builder: &mut Builder, stuff: &Stuff, side: f32, z: f32, is_first: bool) {
+fn banner(builder: &mut Builder, stuff: &HallMaterials, side: f32, z: f32, is_first: bool) {
     let out = -side;
     let x_m = side * (COLUMN_M - HALF_WALL_M);
     let wall = Wall { origin_m: [x_m, 0.0, 0.0], along: [0.0, 0.0, 1.0], out: [out, 0.0, 0.0] };
@@ -105,7 +105,7 @@ fn banner(builder: &mut Builder, stuff: &Stuff, side: f32, z: f32, is_first: boo
 }
 
 /// A double door behind an opening: boards, rails, a gap between the leaves.
-pub(super) fn door(builder: &mut Builder, stuff: &Stuff, wall: &Wall, opening: &Opening, depth_m: f32) {
+pub(super) fn door(builder: &mut Builder, stuff: &HallMaterials, wall: &Wall, opening: &Opening, depth_m: f32) {
     let [low, high] = [opening.middle_m - opening.half_m, opening.middle_m + opening.half_m];
     builder.face(stuff.wood, wall, [low, high], [0.0, opening.top_m()], depth_m);
     let middle_m = opening.middle_m;

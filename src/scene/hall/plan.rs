@@ -24,7 +24,7 @@ pub(super) const CORNICE_M: f32 = 10.0;
 pub(super) const SAGITTA_M: f32 = 2.0;
 
 /// What the hall is made of.
-pub(super) struct Stuff {
+pub(super) struct HallMaterials {
     pub(super) stone: Surface,
     pub(super) plaster: Surface,
     pub(super) moulding: Surface,

@@ -21,14 +21,14 @@ pub const PIXELS_MAX: u64 = 1 << 25;
 
 /// How codes become light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Transfer {
+pub enum TransferCurve {
     /// IEC 61966-2-1.
     Srgb,
     /// Codes are light.
     Linear,
 }
 
-impl Transfer {
+impl TransferCurve {
     /// All that are known, by the one name in configs; "auto" is sRGB in PNG files and linear in OpenEXR files.
     pub const ALL: [(&'static str, Option<Self>); 3] =
         [("auto", None), ("srgb", Some(Self::Srgb)), ("linear", Some(Self::Linear))];
@@ -89,14 +89,14 @@ fn checked_size(name: &str, width_px: u64, height_px: u64) -> Result<Size, Error
 impl Picture {
     /// Decodes a file. `name` is what the user calls it; `transfer` none: by the kind of file. Fails on what is neither PNG nor OpenEXR;
     /// cut off, too large, transparent, without channels that are known; values that are no light.
-    pub fn decode(name: &str, bytes: &[u8], transfer: Option<Transfer>) -> Result<Self, Error> {
+    pub fn decode(name: &str, bytes: &[u8], transfer: Option<TransferCurve>) -> Result<Self, Error> {
         match PictureFormat::of(name, bytes)? {
-            PictureFormat::Png => Self::from_png(name, bytes, transfer.unwrap_or(Transfer::Srgb)),
-            PictureFormat::Exr => Self::from_exr(name, bytes, transfer.unwrap_or(Transfer::Linear)),
+            PictureFormat::Png => Self::from_png(name, bytes, transfer.unwrap_or(TransferCurve::Srgb)),
+            PictureFormat::Exr => Self::from_exr(name, bytes, transfer.unwrap_or(TransferCurve::Linear)),
         }
     }
 
-    fn from_png(name: &str, bytes: &[u8], transfer: Transfer) -> Result<Self, Error> {
+    fn from_png(name: &str, bytes: &[u8], transfer: TransferCurve) -> Result<Self, Error> {
         let picture = png(name, bytes)?;
         let size = Size { width_px: picture.width(), height_px: picture.height() };
         let is_clear = match &picture {
@@ -125,7 +125,7 @@ impl Picture {
     }
 
     #[cfg(feature = "exr")]
-    fn from_exr(name: &str, bytes: &[u8], transfer: Transfer) -> Result<Self, Error> {
+    fn from_exr(name: &str, bytes: &[u8], transfer: TransferCurve) -> Result<Self, Error> {
         let found = exr_channels(name, bytes)?;
         let named = |wanted: &[&str]| found.iter().find(|channel| wanted.contains(&channel.name.as_str()));
         let infrared = named(&["N", "NIR"]);
@@ -155,8 +155,8 @@ impl Picture {
                     return Err(refused(name, reason));
                 }
                 values[at * channels + number] = match transfer {
-                    Transfer::Linear => value,
-                    Transfer::Srgb => linear(f64::from(value), transfer),
+                    TransferCurve::Linear => value,
+                    TransferCurve::Srgb => linear(f64::from(value), transfer),
                 };
             }
         }
@@ -165,7 +165,7 @@ impl Picture {
     }
 
     #[cfg(not(feature = "exr"))]
-    fn from_exr(name: &str, _: &[u8], _: Transfer) -> Result<Self, Error> {
+    fn from_exr(name: &str, _: &[u8], _: TransferCurve) -> Result<Self, Error> {
         Err(refused(name, "is OpenEXR, which this build does not read; use PNG"))
     }
 
@@ -294,9 +294,9 @@ fn depth_checked(name: &str, plane: &Plane<f32>) -> Result<Plane<f32>, Error> {
 }
 
 /// Value of a code of a file in 0..=1, as light.
-pub(super) fn linear(share: f64, transfer: Transfer) -> f32 {
+pub(super) fn linear(share: f64, transfer: TransferCurve) -> f32 {
     f32_nearest(match transfer {
-        Transfer::Srgb => super::super::texture::linear_from_srgb_share(share),
-        Transfer::Linear => share,
+        TransferCurve::Srgb => super::super::texture::linear_from_srgb_share(share),
+        TransferCurve::Linear => share,
     })
 }

@@ -13,7 +13,7 @@ const NUMBER_DIGITS_MAX: usize = 9;
 
 /// Times, and names where the list has them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Listed {
+pub struct ImageList {
     /// The first time as the list has it, in nanoseconds.
     pub first_ns: i64,
     /// Seconds after the first, rising.
@@ -26,7 +26,7 @@ pub struct Listed {
 
 /// In which unit a list has its times.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unit {
+pub enum TimeUnit {
     /// As `rgb.txt` of TUM.
     Seconds,
     /// As `data.csv` of EuRoC.
@@ -40,7 +40,7 @@ fn refused(file: &str, line: usize, reason: impl std::fmt::Display) -> Error {
 /// Reads lines `time` or `time name`, apart by blanks or commas. `#` starts a comment, and a first line of words is a heading; one
 /// that says `[ns]` or `_ns` changes the unit. Of repeated times the first is kept. Fails on a time that is no number, or goes back;
 /// lines with a name among lines without; no line.
-pub fn parse(file: &str, text: &str, unit: Unit) -> Result<Listed, Error> {
+pub fn parse(file: &str, text: &str, unit: TimeUnit) -> Result<ImageList, Error> {
     let mut unit = unit;
     let mut rows: Vec<(i64, Option<String>)> = Vec::new();
     let mut repeated = 0;
@@ -50,7 +50,7 @@ pub fn parse(file: &str, text: &str, unit: Unit) -> Result<Listed, Error> {
         let Some(first) = fields.next() else { continue };
         if first.starts_with('#') || (rows.is_empty() && first.starts_with(char::is_alphabetic)) {
             if line.contains("[ns]") || line.contains("_ns") {
-                unit = Unit::Nanoseconds;
+                unit = TimeUnit::Nanoseconds;
             }
             continue;
         }
@@ -73,27 +73,27 @@ pub fn parse(file: &str, text: &str, unit: Unit) -> Result<Listed, Error> {
         return Err(refused(file, 1, "there is no time; use one time a line"));
     };
     let times_s = rows.iter().map(|(time_ns, _)| f64_from_i64(time_ns - first_ns) * 1e-9).collect();
-    Ok(Listed { first_ns, times_s, names: rows.into_iter().filter_map(|(_, name)| name).collect(), repeated })
+    Ok(ImageList { first_ns, times_s, names: rows.into_iter().filter_map(|(_, name)| name).collect(), repeated })
 }
 
 /// Times beyond this are mistakes (the year 2096), and below it no difference overflows.
 const TIME_NS_MAX: i64 = 4_000_000_000_000_000_000;
 
 /// A decimal number as whole nanoseconds; digits beyond are cut.
-fn nanoseconds(text: &str, unit: Unit) -> Option<i64> {
+fn nanoseconds(text: &str, unit: TimeUnit) -> Option<i64> {
     parsed_ns(text, unit).filter(|time_ns| (-TIME_NS_MAX..=TIME_NS_MAX).contains(time_ns))
 }
 
-fn parsed_ns(text: &str, unit: Unit) -> Option<i64> {
+fn parsed_ns(text: &str, unit: TimeUnit) -> Option<i64> {
     let is_plain = text.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.');
     match unit {
         _ if !is_plain => {
             let value: f64 = text.parse().ok()?;
-            let per_unit = if unit == Unit::Seconds { 1e9 } else { 1.0 };
+            let per_unit = if unit == TimeUnit::Seconds { 1e9 } else { 1.0 };
             (value * per_unit).abs().lt(&9e18).then(|| i64_half_even(value * per_unit))
         }
-        Unit::Nanoseconds => text.split('.').next()?.parse().ok(),
-        Unit::Seconds => {
+        TimeUnit::Nanoseconds => text.split('.').next()?.parse().ok(),
+        TimeUnit::Seconds => {
             let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
             let whole: i64 = if whole.is_empty() { 0 } else { whole.parse().ok()? };
             let digits: String = fraction.bytes().map(char::from).chain("000000000".chars()).take(9).collect();
@@ -144,7 +144,7 @@ pub fn intrinsics_of_matrix(file: &str, text: &str) -> Result<[f64; 4], Error> {
 mod tests {
     use super::*;
 
-    fn times(text: &str, unit: Unit) -> Result<Listed, Error> {
+    fn times(text: &str, unit: TimeUnit) -> Result<ImageList, Error> {
         parse("list", text, unit)
     }
 
@@ -152,7 +152,7 @@ mod tests {
     fn lists_of_three_kinds_are_read_to_the_nanosecond() {
         let tum = times(
             "# color images\n# timestamp filename\n1305031102.175304 rgb/1.png\n1305031102.211214 rgb/2.png\n",
-            Unit::Seconds,
+            TimeUnit::Seconds,
         );
         let tum = tum.unwrap();
         assert_eq!(tum.names, ["rgb/1.png", "rgb/2.png"]);
@@ -160,13 +160,13 @@ mod tests {
         assert!((tum.times_s[1] - 0.035_910).abs() < 1e-17, "{:?}", tum.times_s);
         let euroc = times(
             "#timestamp [ns],filename\n1403636579763555584,a.png\n1403636579813555456,b.png\n",
-            Unit::Nanoseconds,
+            TimeUnit::Nanoseconds,
         );
         assert!((euroc.unwrap().times_s[1] - 0.049_999_872).abs() < 1e-17);
-        let own = times("time_s\n0\n.5\n1e0\n", Unit::Seconds).unwrap();
+        let own = times("time_s\n0\n.5\n1e0\n", TimeUnit::Seconds).unwrap();
         assert_eq!((own.times_s.as_slice(), own.names.len()), ([0.0, 0.5, 1.0].as_slice(), 0));
-        assert_eq!(times("t_ns\n5000000000\n6000000000\n", Unit::Seconds).unwrap().times_s, [0.0, 1.0]);
-        let repeated = times("1 a\n1 b\n2 c\n", Unit::Seconds).unwrap();
+        assert_eq!(times("t_ns\n5000000000\n6000000000\n", TimeUnit::Seconds).unwrap().times_s, [0.0, 1.0]);
+        let repeated = times("1 a\n1 b\n2 c\n", TimeUnit::Seconds).unwrap();
         assert_eq!((repeated.names, repeated.repeated), (vec!["a".to_owned(), "c".to_owned()], 1));
     }
 
@@ -181,7 +181,7 @@ mod tests {
             ("1\nNaN\n", 2),
             ("99999999999999999999\n", 1),
         ] {
-            let error = times(text, Unit::Seconds).unwrap_err().to_string();
+            let error = times(text, TimeUnit::Seconds).unwrap_err().to_string();
             assert!(error.contains(&format!("line {line}:")), "{text:?}: {error}");
             tried += 1;
         }

@@ -14,7 +14,7 @@ pub struct NormalEquations {
 
 /// The Cholesky factor L of the equations, `A = L L^T`.
 #[derive(Clone, Debug)]
-pub struct Factor {
+pub struct CholeskyFactor {
     rows: Vec<[f64; REACH + 1]>,
 }
 
@@ -36,7 +36,7 @@ impl NormalEquations {
     }
 
     /// The factor, or None where the equations leave an unknown undetermined.
-    pub fn factor(mut self) -> Option<Factor> {
+    pub fn factor(mut self) -> Option<CholeskyFactor> {
         for i in 0..self.rows.len() {
             for back in (0..=REACH.min(i)).rev() {
                 let column = i - back;
@@ -53,11 +53,11 @@ impl NormalEquations {
                 };
             }
         }
-        Some(Factor { rows: self.rows })
+        Some(CholeskyFactor { rows: self.rows })
     }
 }
 
-impl Factor {
+impl CholeskyFactor {
     /// Solves `A x = right` for three right sides at once, in place.
     pub fn solve(&self, right: &mut [DVec3]) {
         assert!(right.len() == self.rows.len(), "one right side an unknown");

@@ -9,7 +9,7 @@ use core::f64::consts::{PI, TAU};
 use glam::{DQuat, DVec3};
 
 use super::imu::GRAVITY_M_PER_S2;
-use super::path::Path;
+use super::path::PathShape;
 use super::so3;
 use super::spline::Spline;
 use rand::RngExt;
@@ -75,7 +75,7 @@ pub const RUN: GaitFigures = GaitFigures {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gait {
     figures: GaitFigures,
-    path: Path,
+    path: PathShape,
     /// Starting phases of the step rate's waves.
     wander_rad: [f64; WANDER_HZ.len()],
     bob_m: [f64; 2],
@@ -84,7 +84,7 @@ pub struct Gait {
 
 impl Gait {
     /// The figures must be finite, the step rate above 0. `root` is the run's root key.
-    pub fn new(figures: GaitFigures, path: Path, root: DrawKey) -> Self {
+    pub fn new(figures: GaitFigures, path: PathShape, root: DrawKey) -> Self {
         assert!(figures.step_rate_hz > 0.0, "a gait has steps");
         let key = root.with(GAIT_NUMBER);
         let mut stream = key.stream();

@@ -106,7 +106,7 @@ pub fn samples(
     let mut accelerometer_bias_m_per_s2 = DVec3::ZERO;
     let mut readings = Vec::new();
     for k in first..=last {
-        let mut normals = Normals::new(key.with(k.cast_unsigned()));
+        let mut normals = NormalPair::new(key.with(k.cast_unsigned()));
         let t_s = num::f64_from_i64(k) / noise.rate_hz;
         let (rate_rad_per_s, force_m_per_s2) =
             truth(&motion.state(t_s)?, &imu.body_from_imu, gravity_in_world_m_per_s2);
@@ -143,11 +143,11 @@ pub fn truth(state: &BodyState, body_from_imu: &Pose, gravity_in_world_m_per_s2:
 }
 
 /// Standard normals of one key, by Box and Muller's transform.
-struct Normals {
+struct NormalPair {
     source: Xoshiro256PlusPlus,
 }
 
-impl Normals {
+impl NormalPair {
     fn new(key: DrawKey) -> Self {
         Self { source: Xoshiro256PlusPlus::seed_from_u64(key.0) }
     }

@@ -15,7 +15,7 @@ const LOOP_TERMS: usize = 24;
 
 /// The shape of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Path {
+pub enum PathShape {
     /// Straight ahead, without end.
     Line,
     /// Round a circle to the left, whose middle lies this many metres to the left of the start.
@@ -34,7 +34,7 @@ pub struct Eight {
     weights: [f64; LOOP_TERMS],
 }
 
-impl Path {
+impl PathShape {
     /// The figure of eight that stays within `radius_m` of its middle.
     pub fn eight(radius_m: f64) -> Self {
         let mut weights = [0.0; LOOP_TERMS];
@@ -90,7 +90,7 @@ mod tests {
         let radius_m = 2.0;
         let step_m = 1e-5;
         let mut tried = 0;
-        for path in [Path::Line, Path::Circle(radius_m), Path::eight(radius_m)] {
+        for path in [PathShape::Line, PathShape::Circle(radius_m), PathShape::eight(radius_m)] {
             let (start_m, heading_rad) = path.at(0.0);
             assert!(start_m.length() < 1e-15 && heading_rad == 0.0);
             let mut reach_m = 0.0;
@@ -102,15 +102,15 @@ mod tests {
                 // Curvature below 3 /m bends the chord by 2e-5^2 * 3^2 / 24 of itself; roundings are 40 * 2^-53 / 2e-5.
                 assert!((moved_m / (2.0 * step_m) - ahead).length() < 1e-9, "{path:?} at {way_m}");
                 let middle_m = match &path {
-                    Path::Line => DVec3::ZERO,
-                    Path::Circle(radius_m) => DVec3::new(-radius_m, 0.0, 0.0),
-                    Path::Loop(eight) => eight.middle_m(),
+                    PathShape::Line => DVec3::ZERO,
+                    PathShape::Circle(radius_m) => DVec3::new(-radius_m, 0.0, 0.0),
+                    PathShape::Loop(eight) => eight.middle_m(),
                 };
                 reach_m = num::greater(reach_m, (place_m - middle_m).length());
                 tried += 1;
             }
             // The line leads away; the others reach their radius and no further (samples of 1 cm, curvature of 1 /m).
-            let is_closed = path != Path::Line;
+            let is_closed = path != PathShape::Line;
             assert!(!is_closed || (reach_m <= radius_m * (1.0 + 1e-12) && reach_m > radius_m - 1e-3), "{reach_m}");
         }
         assert_eq!(tried, 12_000);

@@ -45,7 +45,7 @@ pub(super) struct Basis {
 }
 
 /// A rotation with its derivatives by u, in the body's frame.
-pub(super) struct Turn {
+pub(super) struct RotationDerivatives {
     pub(super) rotation: DQuat,
     velocity_per_u: DVec3,
     acceleration_per_u2: DVec3,
@@ -226,7 +226,7 @@ impl Spline {
 
     /// Rotation with its derivatives by u, in the body's frame (the recursions of Sommer et al. 2020, "Efficient Derivative
     /// Computation for Cumulative B-Splines on Lie Groups": each factor turns what came before into its own frame).
-    pub(super) fn rotation_at(&self, first: usize, basis: &Basis) -> Turn {
+    pub(super) fn rotation_at(&self, first: usize, basis: &Basis) -> RotationDerivatives {
         let [parts, speeds, bends] = [&basis.value, &basis.slope, &basis.curvature].map(Basis::cumulative);
         let mut rotation = self.rotations[first];
         let (mut velocity_per_u, mut acceleration_per_u2) = (DVec3::ZERO, DVec3::ZERO);
@@ -240,7 +240,7 @@ impl Spline {
                 + velocity_per_u.cross(difference_rad) * speeds[j]
                 + difference_rad * bends[j];
         }
-        Turn { rotation: rotation.normalize(), velocity_per_u, acceleration_per_u2 }
+        RotationDerivatives { rotation: rotation.normalize(), velocity_per_u, acceleration_per_u2 }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::super::build::{Builder, Opening, Surface, Wall};
 use super::super::mesh::Vertex;
 use super::super::vectors::unit;
-use super::plan::{Stuff, between, draw, fits};
+use super::plan::{StreetMaterials, between, draw, fits};
 use crate::draw::DrawKey;
 use crate::num::{f32_from_u32, index, u64_from};
 
@@ -33,7 +33,7 @@ struct House {
 }
 
 /// Fills a stretch of a wall with houses.
-pub(super) fn row(builder: &mut Builder, stuff: &Stuff, wall: &Wall, [from, to]: [f32; 2], number: u64) {
+pub(super) fn row(builder: &mut Builder, stuff: &StreetMaterials, wall: &Wall, [from, to]: [f32; 2], number: u64) {
     let row_key = DrawKey::root(number).with(0x686F_7573);
     let count = fits(to - from, 8.2);
     let even_m = (to - from) / f32_from_u32(count);
@@ -64,7 +64,7 @@ pub(super) fn row(builder: &mut Builder, stuff: &Stuff, wall: &Wall, [from, to]:
     }
 }
 
-fn build(builder: &mut Builder, stuff: &Stuff, house: &House) {
+fn build(builder: &mut Builder, stuff: &StreetMaterials, house: &House) {
     let bay_m = (house.span[1] - house.span[0]) / f32_from_u32(house.bays);
     let door = draw(house.key, 8, house.bays);
     for bay in 0..house.bays {
@@ -98,7 +98,7 @@ fn eaves_m(house: &House) -> f32 {
 }
 
 /// Blocks at both edges of the upper floors, long and short in turn.
-fn quoins(builder: &mut Builder, stuff: &Stuff, house: &House) {
+fn quoins(builder: &mut Builder, stuff: &StreetMaterials, house: &House) {
     if draw(house.key, 9, 3) > 0 {
         return;
     }
@@ -113,7 +113,7 @@ fn quoins(builder: &mut Builder, stuff: &Stuff, house: &House) {
 }
 
 /// A window of a storey (0: the ground floor) with all that belongs to it.
-fn window(builder: &mut Builder, stuff: &Stuff, house: &House, span: [f32; 2], storey: u32) {
+fn window(builder: &mut Builder, stuff: &StreetMaterials, house: &House, span: [f32; 2], storey: u32) {
     let (low_m, height_m) = match storey {
         0 => (0.0, GROUND_M),
         _ => (GROUND_M + FLOOR_M * f32_from_u32(storey - 1), FLOOR_M),
@@ -164,7 +164,7 @@ fn window(builder: &mut Builder, stuff: &Stuff, house: &House, span: [f32; 2], s
 }
 
 /// Glass behind a frame with a cross.
-fn glazing(builder: &mut Builder, stuff: &Stuff, wall: &Wall, opening: &Opening, depth_m: f32) {
+fn glazing(builder: &mut Builder, stuff: &StreetMaterials, wall: &Wall, opening: &Opening, depth_m: f32) {
     let [low, high] = [opening.middle_m - opening.half_m, opening.middle_m + opening.half_m];
     let (sill, top) = (opening.sill_m, opening.top_m());
     builder.face(stuff.glass, wall, [low, high], [sill, top], depth_m);
@@ -196,7 +196,7 @@ fn shutter_pair(builder: &mut Builder, surface: Surface, wall: &Wall, opening: &
 }
 
 /// A slab with a railing.
-fn balcony(builder: &mut Builder, stuff: &Stuff, wall: &Wall, middle_m: f32, low_m: f32) {
+fn balcony(builder: &mut Builder, stuff: &StreetMaterials, wall: &Wall, middle_m: f32, low_m: f32) {
     let (half_m, out_m) = (0.95, 0.8);
     let [low, high] = [middle_m - half_m, middle_m + half_m];
     builder.on_wall(stuff.trim, wall, [low, high], [low_m + 0.02, low_m + 0.16], [-out_m, 0.0]);
@@ -224,7 +224,7 @@ fn balcony(builder: &mut Builder, stuff: &Stuff, wall: &Wall, middle_m: f32, low
 }
 
 /// A house door: step, panels, a light over it.
-fn entrance(builder: &mut Builder, stuff: &Stuff, house: &House, span: [f32; 2]) {
+fn entrance(builder: &mut Builder, stuff: &StreetMaterials, house: &House, span: [f32; 2]) {
     let middle_m = 0.5 * (span[0] + span[1]);
     let opening = Opening { middle_m, half_m: 0.62, sill_m: 0.0, spring_m: 2.45, rise_m: 0.62 };
     let depth_m = 0.32;
@@ -255,7 +255,7 @@ fn entrance(builder: &mut Builder, stuff: &Stuff, house: &House, span: [f32; 2])
 }
 
 /// A shop window under an awning.
-fn shop(builder: &mut Builder, stuff: &Stuff, house: &House, span: [f32; 2]) {
+fn shop(builder: &mut Builder, stuff: &StreetMaterials, house: &House, span: [f32; 2]) {
     let middle_m = 0.5 * (span[0] + span[1]);
     let half_m = 0.5 * (span[1] - span[0]) - 0.2;
     let opening = Opening { middle_m, half_m, sill_m: 0.55, spring_m: 2.75, rise_m: 0.0 };
@@ -280,7 +280,7 @@ fn shop(builder: &mut Builder, stuff: &Stuff, house: &House, span: [f32; 2]) {
 }
 
 /// Cornice, gutter, roof, chimneys, and the walls that show over a lower neighbour.
-fn top(builder: &mut Builder, stuff: &Stuff, house: &House) {
+fn top(builder: &mut Builder, stuff: &StreetMaterials, house: &House) {
     let (wall, eaves) = (&house.wall, eaves_m(house));
     builder.on_wall(stuff.trim, wall, house.span, [eaves - 0.34, eaves - 0.22], [-0.1, 0.0]);
     builder.on_wall(stuff.trim, wall, house.span, [eaves - 0.1, eaves + 0.1], [-0.42, 0.0]);

@@ -18,7 +18,7 @@ pub(super) const PAVEMENT_M: f32 = 0.12;
 pub(super) const FRONT_M: f32 = 6.2;
 
 /// What the street is made of.
-pub(super) struct Stuff {
+pub(super) struct StreetMaterials {
     pub(super) fronts: Vec<Surface>,
     pub(super) trim: Surface,
     pub(super) plinth: Surface,

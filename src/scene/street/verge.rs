@@ -3,7 +3,7 @@
 use super::super::build::{Builder, Surface};
 use super::super::chance::frame;
 use super::super::vectors::unit;
-use super::plan::{HALF_LENGTH_M, KERB_M, PAVEMENT_M, Stuff, between, draw};
+use super::plan::{HALF_LENGTH_M, KERB_M, PAVEMENT_M, StreetMaterials, between, draw};
 use crate::draw::DrawKey;
 use crate::num::{f32_from_u32, index, u64_from};
 
@@ -11,7 +11,7 @@ use crate::num::{f32_from_u32, index, u64_from};
 const POST_M: f32 = KERB_M + 0.75;
 
 /// Puts everything in its place.
-pub(super) fn place(builder: &mut Builder, stuff: &Stuff) {
+pub(super) fn place(builder: &mut Builder, stuff: &StreetMaterials) {
     let key = DrawKey::root(51).with(0x7472_6565);
     for (number, side) in [(0_u32, -1.0_f32), (1, 1.0)] {
         for tree_number in 0..6 {
@@ -37,7 +37,7 @@ pub(super) fn place(builder: &mut Builder, stuff: &Stuff) {
 }
 
 /// A small street tree: trunk, boughs, twigs, sprays of leaves.
-fn tree(builder: &mut Builder, stuff: &Stuff, foot: [f32; 3], key: DrawKey) {
+fn tree(builder: &mut Builder, stuff: &StreetMaterials, foot: [f32; 3], key: DrawKey) {
     let height_m = between(key, 0, 2.3, 2.8);
     let fork = [foot[0] + between(key, 1, -0.12, 0.12), foot[1] + height_m, foot[2] + between(key, 2, -0.12, 0.12)];
     builder.limb(stuff.bark, [foot, fork], [0.17, 0.12], 10);
@@ -81,7 +81,7 @@ fn spray_card(builder: &mut Builder, surface: Surface, middle_m: [f32; 3], facin
 }
 
 /// A lantern on a cast-iron post with an arm over the roadway.
-fn lantern(builder: &mut Builder, stuff: &Stuff, foot: [f32; 3], side: f32) {
+fn lantern(builder: &mut Builder, stuff: &StreetMaterials, foot: [f32; 3], side: f32) {
     let post = [
         [0.16, 0.0],
         [0.16, 0.1],
@@ -108,7 +108,7 @@ fn lantern(builder: &mut Builder, stuff: &Stuff, foot: [f32; 3], side: f32) {
     builder.turned(stuff.iron, arm, &hood, 16);
 }
 
-fn bollard(builder: &mut Builder, stuff: &Stuff, foot: [f32; 3]) {
+fn bollard(builder: &mut Builder, stuff: &StreetMaterials, foot: [f32; 3]) {
     let profile = [
         [0.09, 0.0],
         [0.09, 0.06],
@@ -123,7 +123,7 @@ fn bollard(builder: &mut Builder, stuff: &Stuff, foot: [f32; 3]) {
     builder.turned(stuff.iron, foot, &profile, 12);
 }
 
-fn bin(builder: &mut Builder, stuff: &Stuff, foot: [f32; 3]) {
+fn bin(builder: &mut Builder, stuff: &StreetMaterials, foot: [f32; 3]) {
     let profile = [[0.18, 0.0], [0.2, 0.02], [0.22, 0.78], [0.235, 0.79], [0.235, 0.84], [0.2, 0.84], [0.0, 0.7]];
     builder.turned(stuff.shutters[0], foot, &profile, 16);
 }

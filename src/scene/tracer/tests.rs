@@ -7,7 +7,6 @@ use crate::num::{f32_nearest, f64_from_usize, u64_from};
 use crate::scene::box_room::box_room;
 use crate::scene::bvh::Block;
 use crate::scene::chance::pair;
-use crate::simd::{Level, limit};
 
 /// The slow twin: every ray by itself against every triangle, in the order of the list, without boxes and without spans.
 fn closest_by_trying_all<H: Holes>(bvh: &Bvh, holes: &H, packet: &Packet) -> Hits {
@@ -132,14 +131,7 @@ fn a_ray_meets_the_same_alone_and_in_any_company_at_every_level() {
                 hits += usize::from(one.triangle[lane] != MISS);
                 tried += 1;
             }
-            for level in [Level::Baseline, Level::Avx2, Level::Avx512] {
-                limit(level);
-                assert_eq!(
-                    bits(&expected),
-                    bits(&closest(&bvh, &mixed, &mut stack)),
-                    "{place_m} m, case {case}, {level:?}"
-                );
-            }
+            assert_eq!(bits(&expected), bits(&closest(&bvh, &mixed, &mut stack)), "{place_m} m, case {case}");
         }
     }
     println!("{hits} of {tried} rays hit");

@@ -9,10 +9,10 @@ use crate::num::{f64_from_u64, index, low_u8, low_u16, low_u32, u32_truncated, u
 use crate::optics::lens::Lens;
 use crate::pose::Pose;
 use crate::tracker::map::Sighting;
-use crate::tracker::rig::View;
+use crate::tracker::rig::CameraKeypoints;
 use crate::tracker::state::{LastKeyframe, MapHistory};
 use crate::tracker::sweep::{Moving, VelocityModel};
-use crate::tracker::{CameraCalibration, RowClock, Tracker, TrackerParams, Work};
+use crate::tracker::{CameraCalibration, RowClock, Tracker, TrackerParams, TrackerWork};
 use crate::units::{CameraIndex, Size};
 use crate::words::{PlacePx, Turns};
 
@@ -69,7 +69,7 @@ impl Ring {
     }
 
     /// What the camera sees at a keyframe, with the numbers of the points.
-    fn view(&self, keyframe: u64) -> (View, Vec<u64>) {
+    fn view(&self, keyframe: u64) -> (CameraKeypoints, Vec<u64>) {
         let camera = &self.tracker.cameras[0];
         let (mut features, mut numbers) = (Vec::new(), Vec::new());
         for number in 0..POINTS {
@@ -87,13 +87,13 @@ impl Ring {
             features.push(Feature { x, y, score: 40, angle: Turns::ZERO, octave: 0, descriptor });
             numbers.push(number);
         }
-        let view = View::new(camera, &features, RowClock::GLOBAL);
+        let view = CameraKeypoints::new(camera, &features, RowClock::GLOBAL);
         let numbers = view.keypoints.iter().map(|keypoint| numbers[index(keypoint.feature)]).collect();
         (view, numbers)
     }
 
     /// Adds a keyframe in the unit of its time. Points of the keyframe before are known; all others are new, seen before or not.
-    fn visit(&mut self, keyframe: u64) -> View {
+    fn visit(&mut self, keyframe: u64) -> CameraKeypoints {
         let (view, numbers) = self.view(keyframe);
         let (frame, t_s) = (keyframe * FRAMES_A_KEYFRAME, f64_from_u64(keyframe));
         let state = Moving::resting(believed(keyframe).inverse());
@@ -121,12 +121,12 @@ impl Ring {
         view
     }
 
-    fn close(&mut self, keyframe: u64, view: View) -> bool {
+    fn close(&mut self, keyframe: u64, view: CameraKeypoints) -> bool {
         let t_s = f64_from_u64(keyframe);
         let last = LastKeyframe { frame: 0, world_from_body: Pose::IDENTITY, landmarks: 0 };
         let mut history = MapHistory { started_frame: 0, started_by_depth: false, located_frame: 0, keyframe: last };
         let mut motion = VelocityModel { t_s, body_from_world: Pose::IDENTITY, step: None, sigma_m: 0.0 };
-        self.tracker.close_loop((t_s, &[view]), (&mut history, &mut motion), &mut Work::default())
+        self.tracker.close_loop((t_s, &[view]), (&mut history, &mut motion), &mut TrackerWork::default())
     }
 
     /// How far the last keyframe is from where it is in truth, and the length of the last step in true ones.

@@ -12,7 +12,7 @@ use crate::tracker::lie::{skew, so3_exp};
 
 /// A pair of bearings of one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pair {
+pub struct BearingPair {
     /// Unit vector in the first camera.
     pub first: DVec3,
     /// Unit vector in the second camera.
@@ -21,21 +21,21 @@ pub struct Pair {
 
 /// Squared distance of a pair from an essential matrix, by Sampson's approximation on the sphere; one direction in four
 /// is measured.
-pub fn from_essential(e: &DMat3, pair: &Pair) -> f64 {
+pub fn from_essential(e: &DMat3, pair: &BearingPair) -> f64 {
     let (miss, steep2) = sampson(e, pair);
     // At an epipole both gradients vanish, and any pair fits.
     if steep2 > 1e-300 { miss * miss / steep2 } else { 0.0 }
 }
 
 /// How far a pair is off its epipolar plane, algebraically, and the squared slope of that by both bearings.
-fn sampson(e: &DMat3, pair: &Pair) -> (f64, f64) {
+fn sampson(e: &DMat3, pair: &BearingPair) -> (f64, f64) {
     let (by_second, by_first) = (*e * pair.first, e.transpose() * pair.second);
     let aside = |gradient: DVec3, bearing: DVec3| gradient.length_squared() - square(gradient.dot(bearing));
     (pair.second.dot(by_second), aside(by_second, pair.second) + aside(by_first, pair.first))
 }
 
 /// The same from a homography; two directions in four are measured.
-pub fn from_homography(h: &DMat3, pair: &Pair) -> f64 {
+pub fn from_homography(h: &DMat3, pair: &BearingPair) -> f64 {
     let image = *h * pair.first;
     let length = image.length();
     let (unit, (u, v)) = (image / length, tangents(pair.second));
@@ -53,7 +53,7 @@ pub fn from_homography(h: &DMat3, pair: &Pair) -> f64 {
 }
 
 /// The same from a rotation; two directions in four are measured.
-pub fn from_rotation(rotation: &DMat3, pair: &Pair) -> f64 {
+pub fn from_rotation(rotation: &DMat3, pair: &BearingPair) -> f64 {
     let miss = pair.second - *rotation * pair.first;
     // Both bearings share the miss. Beyond a right angle the chord understates it, which no gate minds.
     0.5 * miss.length_squared()
@@ -64,7 +64,7 @@ fn square(x: f64) -> f64 {
 }
 
 /// The rotation through two pairs; `None` where they coincide.
-pub fn rotation_through(pairs: &[Pair; 2]) -> Option<DMat3> {
+pub fn rotation_through(pairs: &[BearingPair; 2]) -> Option<DMat3> {
     let frame = |a: DVec3, b: DVec3| {
         let middle = (a + b).normalize_or_zero();
         let normal = a.cross(b);
@@ -75,7 +75,7 @@ pub fn rotation_through(pairs: &[Pair; 2]) -> Option<DMat3> {
 }
 
 /// Least squares of the rotation over weighted pairs.
-pub fn refined_rotation(start: DMat3, pairs: &[Pair], weight: impl Fn(f64) -> f64) -> DMat3 {
+pub fn refined_rotation(start: DMat3, pairs: &[BearingPair], weight: impl Fn(f64) -> f64) -> DMat3 {
     let mut rotation = DQuat::from_mat3(&start).normalize();
     for _ in 0..10 {
         let matrix = DMat3::from_quat(rotation);
@@ -101,7 +101,7 @@ pub fn refined_rotation(start: DMat3, pairs: &[Pair], weight: impl Fn(f64) -> f6
 
 /// Least squares of a homography over weighted pairs: the algebraic fit, each pair weighted by its kernel. `None` where
 /// none fits.
-pub fn refined_homography(start: DMat3, pairs: &[Pair], weight: impl Fn(f64) -> f64) -> Option<DMat3> {
+pub fn refined_homography(start: DMat3, pairs: &[BearingPair], weight: impl Fn(f64) -> f64) -> Option<DMat3> {
     let mut h = start;
     for _ in 0..4 {
         let weighted = pairs.iter().map(|pair| {
@@ -121,7 +121,7 @@ pub fn essential(second_from_first: &Pose) -> DMat3 {
 
 /// Least squares of a motion (rotation, and direction of translation) over pairs under a kernel that gives cost and
 /// weight of a squared distance: Gauss-Newton of Sampson's distance, its divisor held within a step.
-pub fn refined_motion(start: &Pose, pairs: &[Pair], kernel: impl Fn(f64) -> (f64, f64)) -> Pose {
+pub fn refined_motion(start: &Pose, pairs: &[BearingPair], kernel: impl Fn(f64) -> (f64, f64)) -> Pose {
     let mut motion = Pose::new(start.rotation, start.translation_m.normalize_or_zero());
     let (mut best, mut worse) = ((motion, f64::INFINITY), 0);
     for _ in 0..30 {

@@ -17,7 +17,7 @@ const HELD: usize = usize::MAX;
 
 /// One column of the lower triangle: its diagonal, and the blocks below by rising place.
 #[derive(Clone, Debug)]
-struct Column {
+struct BlockColumn {
     diagonal: Matrix7,
     below: Vec<(usize, Matrix7)>,
 }
@@ -27,7 +27,7 @@ struct Column {
 pub struct BlockSystem {
     /// Place of each node in the order of elimination.
     place: Vec<usize>,
-    columns: Vec<Column>,
+    columns: Vec<BlockColumn>,
     sides: Vec<Vector7>,
 }
 
@@ -57,9 +57,12 @@ impl BlockSystem {
         let column = |pattern: &Vec<usize>| {
             let mut rows: Vec<usize> = pattern.iter().map(|&node| place[node]).collect();
             rows.sort_unstable();
-            Column { diagonal: Matrix7::zeros(), below: rows.into_iter().map(|row| (row, Matrix7::zeros())).collect() }
+            BlockColumn {
+                diagonal: Matrix7::zeros(),
+                below: rows.into_iter().map(|row| (row, Matrix7::zeros())).collect(),
+            }
         };
-        let columns: Vec<Column> = patterns.iter().map(column).collect();
+        let columns: Vec<BlockColumn> = patterns.iter().map(column).collect();
         let sides = vec![Vector7::zeros(); columns.len()];
         Self { place, columns, sides }
     }

@@ -8,7 +8,7 @@ use nalgebra::{Matrix6, SMatrix};
 
 use super::super::problem::Prior;
 use super::ImuState;
-pub use super::state::Link;
+pub use super::state::KeyframeStep;
 use super::state::{GRAVITY, GYROSCOPE, ImuFilter, Knowledge, UNIT, VELOCITY};
 use crate::num::index;
 use crate::pose::Pose;
@@ -17,7 +17,7 @@ use glam::DVec3;
 
 /// A keyframe of a window.
 #[derive(Clone, Copy, Debug)]
-pub struct Node {
+pub struct WindowKeyframe {
     /// Its number in the map.
     pub keyframe: u32,
     /// Its pose.
@@ -45,7 +45,7 @@ struct System {
 }
 
 /// Derivatives of a link's residual by both poses, both velocities and what is shared; rows rotation, velocity, position.
-struct Rows {
+struct StepDerivatives {
     blocks: Vec<(usize, SMatrix<f64, 9, 6>)>,
     velocities: [(usize, SMatrix<f64, 9, 3>); 2],
     shared: SMatrix<f64, 9, SHARED>,
@@ -60,21 +60,21 @@ impl ImuFilter {
         let variance =
             (0..3).map(|k| now.covariance[(VELOCITY + k, VELOCITY + k)]).sum::<f64>() / (3.0 * now.unit * now.unit);
         let later = (now.state.velocity_m_per_s / now.unit, variance);
-        self.links.push_back(Link { from, to, step, later });
+        self.links.push_back(KeyframeStep { from, to, step, later });
         if self.links.len() > LINKS_MAX {
             self.links.pop_front();
         }
     }
 
     /// What the steps say of a window; `None` where too little is known, or no step lies in it.
-    pub fn chain(&self, nodes: &[Node]) -> Option<Prior> {
+    pub fn chain(&self, nodes: &[WindowKeyframe]) -> Option<Prior> {
         let now = self.now.as_ref()?;
         let (_, gravity_share) = self.gravity()?;
         if !(gravity_share < GRAVITY_SHARE_MAX && self.knows_unit()) {
             return None;
         }
         let of = |keyframe: u32| nodes.iter().find(|node| node.keyframe == keyframe);
-        let used: Vec<(&Link, &Node, &Node)> = self
+        let used: Vec<(&KeyframeStep, &WindowKeyframe, &WindowKeyframe)> = self
             .links
             .iter()
             .filter_map(|link| Some((link, of(link.from)?, of(link.to)?)))
@@ -105,16 +105,20 @@ impl ImuFilter {
     }
 
     /// The body's place and the unit's axes at a keyframe, in metres.
-    fn metric(&self, unit: f64, node: &Node) -> Pose {
+    fn metric(&self, unit: f64, node: &WindowKeyframe) -> Pose {
         let pose = node.body_from_world.inverse().then(&self.axes());
         Pose { translation_m: pose.translation_m / unit, ..pose }
     }
 
     /// Velocities at both ends of each link that fit its way. All is linear in them, so any near ones suffice, as long as links that
     /// meet have the same.
-    fn velocities(&self, now: &Knowledge, used: &[(&Link, &Node, &Node)]) -> Vec<(DVec3, DVec3)> {
+    fn velocities(
+        &self,
+        now: &Knowledge,
+        used: &[(&KeyframeStep, &WindowKeyframe, &WindowKeyframe)],
+    ) -> Vec<(DVec3, DVec3)> {
         let gravity = now.gravity / now.unit;
-        let of = |&(link, from, to): &(&Link, &Node, &Node)| {
+        let of = |&(link, from, to): &(&KeyframeStep, &WindowKeyframe, &WindowKeyframe)| {
             let (a, b, dt) = (self.metric(now.unit, from), self.metric(now.unit, to), link.step.span_s);
             let (_, gain, way) = link.step.corrected(&now.state.bias);
             let start = (b.translation_m - a.translation_m - a.rotation * way) / dt - gravity * (0.5 * dt);
@@ -133,10 +137,10 @@ impl ImuFilter {
     fn rows(
         &self,
         now: &Knowledge,
-        link: &Link,
-        (from, to): (&Node, &Node),
+        link: &KeyframeStep,
+        (from, to): (&WindowKeyframe, &WindowKeyframe),
         ((start, end), place): ((DVec3, DVec3), usize),
-    ) -> Rows {
+    ) -> StepDerivatives {
         let (unit, step, dt) = (now.unit, &link.step, link.step.span_s);
         let gravity = now.gravity / unit;
         let (a, b) = (self.metric(unit, from), self.metric(unit, to));
@@ -173,7 +177,7 @@ impl ImuFilter {
             (place, by_from.fixed_view::<9, 3>(0, 6).into_owned()),
             (place + 3, by_to.fixed_view::<9, 3>(0, 6).into_owned()),
         ];
-        Rows { blocks, velocities, shared: by_shared, residual: residual.fixed_rows::<9>(0).into_owned() }
+        StepDerivatives { blocks, velocities, shared: by_shared, residual: residual.fixed_rows::<9>(0).into_owned() }
     }
 }
 
@@ -183,7 +187,7 @@ impl System {
     }
 
     /// Adds a link; `None` where its covariance is singular.
-    fn add(&mut self, rows: &Rows, link: &Link) -> Option<()> {
+    fn add(&mut self, rows: &StepDerivatives, link: &KeyframeStep) -> Option<()> {
         let weight = link.step.covariance.try_inverse()?;
         let shared = self.n - SHARED;
         let mut columns: Vec<(usize, SMatrix<f64, 9, 1>)> = Vec::new();

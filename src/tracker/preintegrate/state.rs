@@ -33,7 +33,7 @@ pub struct ImuFilter {
     pub(super) readings: VecDeque<ImuMeasurement>,
     pub(super) now: Option<Knowledge>,
     /// Steps between the last keyframes.
-    pub(super) links: VecDeque<Link>,
+    pub(super) links: VecDeque<KeyframeStep>,
 }
 
 /// ImuState estimate at a time.
@@ -53,7 +53,7 @@ pub(super) struct Knowledge {
 
 /// A step between two keyframes.
 #[derive(Clone, Debug)]
-pub struct Link {
+pub struct KeyframeStep {
     pub(super) from: u32,
     pub(super) to: u32,
     pub(super) step: Preintegrated,

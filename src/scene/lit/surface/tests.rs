@@ -62,8 +62,16 @@ fn lanes_have_the_bits_of_single_hits() {
             let colours = scene.texture_of(face).map_or([[1.0; BANDS]; LANES], |texture| {
                 texture.over_alike(&face.uv(u, v), &[zero; 2], &footprint, lanes)
             });
-            let rays =
-                OnTriangle { triangle, lanes, u, v, direction: &direction, lamp_levels: &lamp_levels, added: None };
+            let rays = OnTriangle {
+                triangle,
+                lanes,
+                u,
+                v,
+                direction: &direction,
+                lamp_levels: &lamp_levels,
+                added: None,
+                emission: None,
+            };
             let found = by_lane(&scene.exitances_lux(&rays, &by_band(&colours)));
             for lane in (0..LANES).filter(|&lane| lanes.0[lane] != 0) {
                 let along = [0, 1, 2].map(|axis| direction[axis].0[lane]);
