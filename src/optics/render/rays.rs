@@ -195,7 +195,8 @@ impl View<'_> {
             } else {
                 is_glossy |= self.scene.face(triangle).has_gloss(self.follows_gloss);
                 let look = self.look_up(traced, (leader, lanes), aim, filter);
-                let added = self.added_light(traced, (triangle, lanes), &look, pixels, aim, filter, stack);
+                let surface = (triangle, lanes, look.maps.normals.as_ref());
+                let added = self.added_light(traced, surface, pixels, aim, filter, stack);
                 self.surface(traced, (leader, lanes), &look, aim, added.as_ref())
             };
             lux = unrolled!(BAND in 4 => lanes.select(light[BAND], lux[BAND]));
@@ -211,8 +212,7 @@ impl View<'_> {
     fn added_light(
         &self,
         traced: &Traced,
-        (triangle, lanes): (u32, Mask),
-        look: &LookUp,
+        (triangle, lanes, normals): (u32, Mask, Option<&[Bands; LANES]>),
         pixels: &Pixels,
         aim: &Aim,
         filter: &Filter,
@@ -226,7 +226,6 @@ impl View<'_> {
             let Traced { hits, packet } = traced;
             sources = self.scene.sources_around(shadows, triangle, lanes, [hits.u, hits.v], &packet.direction);
         }
-        let normals = look.maps.normals.as_ref();
         let is_changed = sources != 0 || normals.is_some();
         let of_edges = is_changed.then(|| dispatch(EdgeShadows { surface, sources, normals, stack }));
         let pose = match filter {

@@ -38,7 +38,7 @@ pub fn read(document: &gltf::Document, buffers: &Buffers<'_>, notes: &mut Notes)
                 Property::Translation | Property::Rotation => None,
             };
             if let Some(what) = left_out {
-                left.entry(what).or_insert_with(Vec::new).push(whose);
+                left.entry(what).or_default().push(whose);
                 continue;
             }
             let refused = |reason: String| format!("animation {name}, {whose}: {reason}");
