@@ -1,8 +1,8 @@
-//! Column counter with digital correlated double sampling, twin of `verilog/cds.sv`. Converts comparator bits, clock by clock,
-//! to codes in LSB: clip(black - n_reset + n_signal). Counts flipped bits for the energy model.
+//! Column counter with digital correlated double sampling, twin of `verilog/cds.sv`. Converts comparator bits, clock by clock or as the
+//! crossings of a row, to codes in LSB: clip(black - n_reset + n_signal). Counts flipped bits for the energy model.
 
-use crate::flips;
-use crate::ramp_counter::binary_from_gray;
+use crate::ramp_counter::{binary_from_gray, gray_from_binary};
+use crate::{bits_set, flips, steps_below};
 
 /// Run-time parameters of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,6 +84,14 @@ const fn wrapped(value: i32) -> i32 {
     (value << 14) >> 14
 }
 
+/// Bits that flip while an 18-bit two's complement counter moves step by step between two values: bit j flips
+/// floor(high / 2^j) - floor(low / 2^j) times, and the sum over j of floor(x / 2^j) is 2 x - popcount(x), plus 2 below zero.
+#[inline(always)]
+fn travel_flips(low: i32, high: i32) -> u32 {
+    let sum = |x: i32| 2 * x - bits_set(register(x)).cast_signed() - 2 * (x >> 31);
+    (sum(high) - sum(low)).cast_unsigned()
+}
+
 #[inline(always)]
 fn clipped(value: i32, code_max: i32) -> u16 {
     let code = if value < 0 { 0 } else { value };
@@ -135,5 +143,137 @@ impl Cds {
         }
         self.toggles += flips(register(before.value), register(self.value)) + flips(before.latched, self.latched);
         self.out(config)
+    }
+
+    /// The same as the tick with `clear`.
+    pub fn clear(&mut self, config: &CdsConfig) {
+        let black = i32::from(config.black);
+        self.toggles += flips(register(self.value), register(black));
+        self.value = black;
+    }
+
+    /// The same as the ticks of a whole ramp, from `arm` through the one with `done`: the column's comparator rises at `crossing`.
+    pub fn run_ramp(&mut self, config: &CdsConfig, down: bool, steps: u32, crossing: u32) {
+        let steps = steps.max(1);
+        let made = steps_below(crossing, steps).cast_signed();
+        let before = *self;
+        self.value = wrapped(self.value + if down { -made } else { made });
+        if config.latch_mode {
+            let below = steps_below(crossing, steps);
+            self.latched = if config.gray { gray_from_binary(below) } else { below };
+            self.toggles += flips(register(before.value), register(self.value)) + flips(before.latched, self.latched);
+        } else {
+            let (low, high) = if down { (self.value, before.value) } else { (before.value, self.value) };
+            self.toggles += u64::from(travel_flips(low, high));
+        }
+        self.crossed = crossing <= steps;
+    }
+}
+
+/// The ramps of a row and where each column crosses them.
+#[derive(Clone, Copy, Debug)]
+pub struct RowCrossings<'a> {
+    /// Steps of the reset ramp; 0 where there is none.
+    pub reset_steps: u32,
+    /// Crossing of each column in the reset ramp; not looked at (and may be empty) where there is none.
+    pub reset: &'a [u32],
+    /// Steps of the signal ramp.
+    pub signal_steps: u32,
+    /// Crossing of each column in the signal ramp.
+    pub signal: &'a [u32],
+}
+
+/// All columns of a row at once: what `Cds::clear` and `Cds::run_ramp` do to each. Buffers are borrowed, one entry a column.
+#[derive(Debug)]
+pub struct ColumnRow<'a> {
+    config: CdsConfig,
+    values: &'a mut [i32],
+    latched: &'a mut [u32],
+}
+
+impl<'a> ColumnRow<'a> {
+    /// Columns in reset. Panics on a depth out of range or buffers of different lengths.
+    pub fn new(config: CdsConfig, values: &'a mut [i32], latched: &'a mut [u32]) -> Self {
+        assert!((1..=16).contains(&config.bits), "depths go from 1 to 16 bits");
+        assert!(values.len() == latched.len(), "a column has one counter and one latch");
+        values.fill(0);
+        latched.fill(0);
+        Self { config, values, latched }
+    }
+
+    /// Columns of the row.
+    pub fn columns(&self) -> usize {
+        self.values.len()
+    }
+
+    /// Converts a row: preload, reset ramp if there is one, signal ramp. Returns the bits flipped in counters and latches.
+    /// Panics if a ramp in use has no crossing for each column.
+    pub fn convert(&mut self, row: &RowCrossings<'_>, codes: &mut [u16]) -> u64 {
+        let columns = self.values.len();
+        assert!(codes.len() == columns && row.signal.len() == columns, "a column has one crossing and one code");
+        assert!(row.reset_steps == 0 || row.reset.len() == columns, "a column has one crossing of the reset ramp");
+        match (self.config.latch_mode, row.reset_steps > 0) {
+            (false, true) => self.count(row, codes, |column| steps_below(row.reset[column], row.reset_steps)),
+            (false, false) => self.count(row, codes, |_| 0),
+            (true, true) => self.latch::<true>(row, codes),
+            (true, false) => self.latch::<false>(row, codes),
+        }
+    }
+
+    #[inline(always)]
+    fn count(&mut self, row: &RowCrossings<'_>, codes: &mut [u16], down: impl Fn(usize) -> u32) -> u64 {
+        let (black, code_max, columns) = (i32::from(self.config.black), self.config.code_max(), codes.len());
+        let (values, signal) = (&mut self.values[..columns], &row.signal[..columns]);
+        // A column flips fewer than 2^20 bits a row: two ramps of 2^16 steps flip under 2^17 each, so 2^12 columns fit 32 bits.
+        let mut toggles = 0;
+        let mut start = 0;
+        while start < columns {
+            let end = columns.min(start + 4096);
+            let mut part = 0_u32;
+            for column in start..end {
+                let low = black - down(column).cast_signed();
+                let high = low + steps_below(signal[column], row.signal_steps).cast_signed();
+                let preload = bits_set(register(values[column] ^ black));
+                part += preload + travel_flips(low, black) + travel_flips(low, high);
+                values[column] = high;
+                codes[column] = clipped(high, code_max);
+            }
+            toggles += u64::from(part);
+            start = end;
+        }
+        toggles
+    }
+
+    /// What `Cds::run_ramp` does in latch mode, as plain arithmetic of all columns.
+    #[inline(always)]
+    fn latch<const DOUBLE: bool>(&mut self, row: &RowCrossings<'_>, codes: &mut [u16]) -> u64 {
+        let (black, code_max, columns) = (i32::from(self.config.black), self.config.code_max(), codes.len());
+        let (values, latches) = (&mut self.values[..columns], &mut self.latched[..columns]);
+        let (reset, signal) = (if DOUBLE { &row.reset[..columns] } else { &[] }, &row.signal[..columns]);
+        let gray_mask = if self.config.gray { u32::MAX } else { 0 };
+        let encode = |count: u32| count ^ ((count >> 1) & gray_mask);
+        let mut toggles = 0;
+        let mut start = 0;
+        while start < columns {
+            let end = columns.min(start + 4096);
+            let mut part = 0_u32;
+            for column in start..end {
+                let up = steps_below(signal[column], row.signal_steps);
+                let down = if DOUBLE { steps_below(reset[column], row.reset_steps) } else { 0 };
+                let low = black - down.cast_signed();
+                let high = low + up.cast_signed();
+                let between = if DOUBLE { encode(down) } else { latches[column] };
+                part += bits_set(register(values[column] ^ black)) + bits_set(register(low ^ high));
+                part += bits_set(between ^ encode(up));
+                if DOUBLE {
+                    part += bits_set(register(black ^ low)) + bits_set(latches[column] ^ between);
+                }
+                (values[column], latches[column]) = (high, encode(up));
+                codes[column] = clipped(high, code_max);
+            }
+            toggles += u64::from(part);
+            start = end;
+        }
+        toggles
     }
 }

@@ -1,15 +1,16 @@
 //! Bit-true twins of the sensor's digital blocks: no floats, no allocator, no `unsafe`.
 //!
 //! Each block of `verilog/` stands here under the same name, with the same ports, reset and latency: a `tick` is one rising edge of
-//! `adc_clk`, and what it returns are the pins after that edge. The extractor also stands as a form that skips the clocks in which
-//! nothing changes (`FrontRows`, `ExtractorRows`), equal to the ticks in every result. Where analog and digital meet, the digital side
-//! sees one bit a column, the comparator's; the analog side says when it rises as a *crossing*: the number, from 1, of the first ramp
-//! step at which the bit is high, or [`NEVER`].
+//! `adc_clk`, and what it returns are the pins after that edge. Beside each `tick` stands a form that skips the clocks in which
+//! nothing changes (`advance`, `run_ramp`, `write_row`, `EventCore`), equal to it in every result. Where analog and digital meet, the
+//! digital side sees one bit a column, the comparator's; the analog side says when it rises as a *crossing*: the number, from 1, of the
+//! first ramp step at which the bit is high, or [`NEVER`].
 #![no_std]
 #![forbid(unsafe_code)]
 
 pub mod cds;
 pub mod csi2_packetiser;
+pub mod event_core;
 pub mod extractor_core;
 pub mod extractor_rows;
 pub mod fx_back;
@@ -32,6 +33,7 @@ mod fx_ring;
 mod fx_rows;
 mod fx_smooth;
 mod fx_window;
+pub mod lane_planes;
 pub mod lane_shift;
 pub mod ramp_counter;
 pub mod readout_seq;
@@ -41,6 +43,13 @@ pub mod words;
 
 /// The crossing of a comparator that stays low through the whole ramp.
 pub const NEVER: u32 = u32::MAX;
+
+/// Ramp steps at or below a level whose comparator rises at `crossing` in a ramp of `steps`: the code of that ramp alone.
+#[inline(always)]
+pub const fn steps_below(crossing: u32, steps: u32) -> u32 {
+    let below = crossing.saturating_sub(1);
+    if below < steps { below } else { steps }
+}
 
 /// Bits set, by the steps that vectorise without a population-count instruction.
 #[inline(always)]

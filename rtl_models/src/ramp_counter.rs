@@ -57,6 +57,11 @@ pub const fn binary_from_gray(gray: u32) -> u32 {
     by8 ^ (by8 >> 16)
 }
 
+/// Bits that flip while a binary counter counts from 0 to `count`: bit j flips count / 2^j times.
+const fn binary_flips(count: u32) -> u64 {
+    2 * count as u64 - count.count_ones() as u64
+}
+
 impl RampCounter {
     /// A counter in reset.
     pub fn new() -> Self {
@@ -101,6 +106,34 @@ impl RampCounter {
         }
         self.ramp_toggles += flips(before.ramp_code, self.out.ramp_code);
         self.count_toggles += flips(before.count, self.out.count);
+        self.out
+    }
+
+    /// The same as `clocks` ticks under constant `gray` and `steps`, without start, stall and reset.
+    pub fn advance(&mut self, clocks: u64, gray: bool, steps: u32) -> RampCounterOut {
+        let mut clocks = clocks;
+        if self.out.running && clocks > 0 {
+            let from = self.out.ramp_code;
+            let most = steps.max(from + 1) - from;
+            let made = u32::try_from(clocks.min(u64::from(most))).expect("at most `most`");
+            let encode = |code| if gray { gray_from_binary(code) } else { code };
+            let behind = from + made - 1;
+            let along = if gray { u64::from(made - 1) } else { binary_flips(behind) - binary_flips(from) };
+            self.count_toggles += flips(self.out.count, encode(from)) + along;
+            self.ramp_toggles += binary_flips(from + made) - binary_flips(from);
+            self.out = RampCounterOut {
+                ramp_code: from + made,
+                count: encode(behind),
+                running: made < most,
+                step: true,
+                done: false,
+            };
+            clocks -= u64::from(made);
+        }
+        // What follows the last step takes two clocks; then nothing changes.
+        for _ in 0..clocks.min(2) {
+            self.tick(RampCounterIn { gray, steps, ..RampCounterIn::default() });
+        }
         self.out
     }
 }

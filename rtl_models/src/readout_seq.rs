@@ -44,6 +44,12 @@ impl SeqConfig {
         rule((1..self.vts).contains(&self.exposure_lines), "the exposure takes 1 line to one less than the frame")?;
         rule(self.rows <= self.vts && self.vts < 1 << 16, "a frame holds all rows in fewer than 2^16 lines")
     }
+
+    /// Clock within the line, from 0, in which step `crossing` of a ramp is looked at.
+    pub fn step_clock(&self, down: bool, crossing: u32) -> u32 {
+        let before = if down { 0 } else { self.n_ramp_reset + self.n_settle_signal };
+        self.n_settle_reset + before + crossing - 1
+    }
 }
 
 /// Pins that enter, as they stand at the rising edge.
@@ -285,5 +291,55 @@ impl ReadoutSeq {
             self.shutter_line = (self.shutter_line + 1) & LINE_BITS;
             self.shutter_row = (self.shutter_row + row_step) & LINE_BITS;
         }
+    }
+
+    /// How many of the coming ticks, without stall and reset, leave every pin as it is: a promise for at least that many. While idle
+    /// and not enabled, `u64::MAX`.
+    pub fn quiet_clocks(&self, enable: bool) -> u64 {
+        if self.latch || self.ended {
+            return 0;
+        }
+        if !self.running {
+            return if enable { 0 } else { u64::MAX };
+        }
+        let phase_moves = match self.state {
+            SeqState::SettleReset => !self.ramp_down,
+            SeqState::SettleSignal => self.ramp_down,
+            _ => false,
+        };
+        if self.first || phase_moves || self.clock <= 1 {
+            return 0;
+        }
+        // The last two clocks of a phase show on pins.
+        let to_line_end = self.config.hts.saturating_sub(self.clock + 1);
+        let to_phase_end = if self.state == SeqState::Blank { u32::MAX } else { self.left.saturating_sub(2) };
+        to_line_end.min(to_phase_end).into()
+    }
+
+    /// The same as `clocks` ticks, which must be quiet ones.
+    pub fn skip(&mut self, clocks: u64) {
+        if !self.running || clocks == 0 {
+            return;
+        }
+        let clocks = u32::try_from(clocks).expect("quiet clocks of a running sequencer stay within a line");
+        self.clock += clocks;
+        if self.state != SeqState::Blank {
+            self.left -= clocks;
+        }
+    }
+
+    /// The same as `clocks` ticks with constant `enable`, without stall and reset.
+    pub fn advance(&mut self, clocks: u64, enable: bool) -> SeqOut {
+        let mut clocks = clocks;
+        while clocks > 0 {
+            let quiet = self.quiet_clocks(enable).min(clocks);
+            self.skip(quiet);
+            clocks -= quiet;
+            if clocks > 0 {
+                self.tick(SeqIn { enable, ..SeqIn::default() });
+                clocks -= 1;
+            }
+        }
+        self.out()
     }
 }

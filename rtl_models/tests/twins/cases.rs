@@ -1,10 +1,10 @@
-//! Cases for the twins' tests: a seeded stream, random configs, comparators that follow given crossings, and the formula of codes.
+//! Cases for the twins' tests: a seeded stream, random configs, and comparators that follow given crossings.
 
 use rand_xoshiro::SplitMix64;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use rtl_models::NEVER;
-use rtl_models::cds::{Cds, CdsConfig, CdsIn};
-use rtl_models::ramp_counter::{RampCounter, RampCounterIn, RampCounterOut};
+use rtl_models::cds::CdsConfig;
+use rtl_models::ramp_counter::RampCounterOut;
 use rtl_models::readout_seq::SeqConfig;
 use rtl_models::sensor_core::CoreConfig;
 
@@ -85,32 +85,4 @@ pub fn comparators(ramp: &RampCounterOut, crossings: &[u32], bits: &mut [u64]) {
     for (column, &crossing) in crossings.iter().enumerate() {
         bits[column / 64] |= u64::from(ramp.ramp_code >= crossing) << (column % 64);
     }
-}
-
-/// A column under a real ramp counter, clock by clock: arm, all steps, done.
-pub fn tick_ramp(column: &mut Cds, config: &CdsConfig, down: bool, steps: u32, crossing: u32) {
-    let mut ramp = RampCounter::new();
-    let gray = config.gray;
-    let mut out = ramp.tick(RampCounterIn { start: true, gray, steps, ..RampCounterIn::default() });
-    column.tick(config, CdsIn { arm: true, down, ..CdsIn::default() });
-    while out.running || out.step || out.done {
-        let comparator = out.ramp_code >= crossing;
-        column.tick(
-            config,
-            CdsIn { step: out.step, done: out.done, down, comparator, count: out.count, ..CdsIn::default() },
-        );
-        out = ramp.tick(RampCounterIn { gray, steps, ..RampCounterIn::default() });
-    }
-}
-
-/// `black - n_reset + n_signal` before it is clipped; the reset ramp may have no steps.
-pub fn difference(config: &CdsConfig, reset_steps: u32, reset: u32, signal_steps: u32, signal: u32) -> i64 {
-    let counts = |crossing: u32, steps: u32| i64::from((crossing - 1).min(steps));
-    i64::from(config.black) - counts(reset, reset_steps) + counts(signal, signal_steps)
-}
-
-/// A column's code by its formula.
-pub fn code_by_formula(cds: &CdsConfig, seq: &SeqConfig, reset: u32, signal: u32) -> u16 {
-    let difference = difference(cds, seq.n_ramp_reset, reset, seq.n_ramp_signal, signal);
-    u16::try_from(difference.clamp(0, (1 << cds.bits) - 1)).unwrap()
 }

@@ -1,8 +1,7 @@
 //! Vectors made by hand, committed beside the blocks.
 
-use crate::cases::tick_ramp;
 use rtl_models::NEVER;
-use rtl_models::cds::{Cds, CdsConfig, CdsIn};
+use rtl_models::cds::{Cds, CdsConfig};
 use rtl_models::readout_seq::SeqConfig;
 use rtl_models::sensor_core::{CoreConfig, CoreIn, CoreOut, SensorCore};
 
@@ -102,11 +101,11 @@ fn single_columns_are_as_worked_out_by_hand() {
         for latch_mode in [false, true] {
             let config = CdsConfig { bits: number(0), black, latch_mode, gray: true };
             let mut column = Cds::new();
-            column.tick(&config, CdsIn { clear: true, ..CdsIn::default() });
+            column.clear(&config);
             if number(2) > 0 {
-                tick_ramp(&mut column, &config, true, number(2), number(3));
+                column.run_ramp(&config, true, number(2), number(3));
             }
-            tick_ramp(&mut column, &config, false, number(4), number(5));
+            column.run_ramp(&config, false, number(4), number(5));
             assert_eq!(u32::from(column.out(&config).code), number(6), "{fields:?}");
             assert!(latch_mode || column.toggles() == u64::from(number(7)), "{} bits: {fields:?}", column.toggles());
             tried += 1;
