@@ -277,20 +277,6 @@ fn mitsuba_sees_the_suns_shadows_where_they_are_here() {
     assert!(figure("default", "share_beyond_20_per_cent") > 0.03, "the bake alone is as good: {found}");
 }
 
-/// A lamp of a square metre: its half-shadows are wide but where things touch the floor.
-#[test]
-fn mitsuba_sees_contact_shadows_of_a_wide_lamp_where_they_are_here() {
-    let mut mesh = columns();
-    let glow = Material { emission: [9.0; 4], double_sided: false, ..Material::plain("lamp", [0.0; 3]) };
-    mesh.materials.push(glow);
-    mesh.append_quad(1, [[-1.4, 2.5, -1.0], [-0.4, 2.5, -1.0], [-0.4, 2.5, 0.0], [-1.4, 2.5, 0.0]], [1.0, 1.0]);
-    let found = judged_columns("wide", mesh, &serde_json::json!([]));
-    let figure = |name: &str, figure: &str| found[name][figure].as_f64().unwrap();
-    assert!((figure("full", "ratio_of_means") - 1.0).abs() < 0.01, "{found}");
-    assert!(figure("full", "median_relative_error") < 0.03, "{found}");
-    assert!(figure("full", "share_beyond_20_per_cent") < 0.01, "{found}");
-}
-
 /// A wavy normal map: codes of the normals of a height field, of slopes up to 0.5, whose waves are an eighth of the picture long.
 fn waves() -> Texture {
     const EDGE: u32 = 256;

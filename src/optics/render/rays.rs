@@ -16,7 +16,7 @@ use crate::scene::lit::{Face, MapTexels, OnTriangle, by_band};
 use crate::scene::mesh::BackfaceCulled;
 use crate::scene::texture::Footprint;
 use crate::scene::tracer::{MISS, Packet, Stack, closest_inline_through};
-use crate::simd::dispatch;
+use crate::simd::{Kernel, dispatch};
 
 impl Pixels {
     /// None yet.
@@ -194,10 +194,14 @@ impl View<'_> {
                 self.sky(traced, lanes)
             } else {
                 is_glossy |= self.scene.face(triangle).has_gloss(self.follows_gloss);
-                let look = self.look_up(traced, (leader, lanes), aim, filter);
-                let surface = (triangle, lanes, look.maps.normals.as_ref());
+                let maps = if self.scene.face(triangle).has_maps() {
+                    dispatch(MapLookUp { view: self, traced, leader, lanes, aim, filter })
+                } else {
+                    MapTexels::NONE
+                };
+                let surface = (triangle, lanes, maps.normals.as_ref());
                 let added = self.added_light(traced, surface, pixels, aim, filter, stack);
-                self.surface(traced, (leader, lanes), &look, aim, added.as_ref())
+                self.surface(traced, (leader, lanes), aim, filter, [added.as_ref(), maps.emission.as_ref()])
             };
             lux = unrolled!(BAND in 4 => lanes.select(light[BAND], lux[BAND]));
             for lane in 0..LANES {
@@ -251,69 +255,79 @@ impl View<'_> {
         by_band(&lux)
     }
 
-    /// Colours and maps where some rays met a triangle; the leader's footprint serves all.
+    /// What the leader's look-ups average over, and how far each lane's is moved.
     #[inline(always)]
-    fn look_up(&self, traced: &Traced, (leader, lanes): (usize, Mask), aim: &Aim, filter: &Filter) -> LookUp {
+    fn footprint(&self, traced: &Traced, leader: usize, aim: &Aim, filter: &Filter) -> (Footprint, [Floats; 2]) {
         let Traced { hits, packet } = traced;
-        let triangle = hits.triangle[leader];
-        let face = self.scene.face(triangle);
-        let u = lanes.select(hits.u, Floats::splat(hits.u.0[leader]));
-        let v = lanes.select(hits.v, Floats::splat(hits.v.0[leader]));
-        let Some(texture) = self.scene.texture_of(face) else {
-            return LookUp { u, v, colours: [Floats::splat(1.0); BANDS], maps: MapTexels::NONE };
-        };
-        let (footprint, shift_texels) = match filter {
+        match filter {
             Filter::Primary { pixels, bearing, pose } => {
                 let direction = lane3(&packet.direction, leader);
                 let bearing = lane3(bearing, leader);
-                let t_m = hits.t.0[leader];
-                aim.footprint(pixels, face, &Leader { lane: leader, direction, bearing, pose: pose.lane(leader), t_m })
+                let (pose, t_m) = (pose.lane(leader), hits.t.0[leader]);
+                let leading = Leader { lane: leader, direction, bearing, pose, t_m };
+                aim.footprint(pixels, self.scene.face(hits.triangle[leader]), &leading)
             }
             Filter::Reflected { width_m } => {
-                let width_texels = self.scene.texels_per_m(triangle) * width_m.0[leader];
+                let width_texels = self.scene.texels_per_m(hits.triangle[leader]) * width_m.0[leader];
                 (Footprint::round(width_texels), [Floats::splat(0.0); 2])
             }
-        };
-        let uv = face.uv(u, v);
-        let colours = by_band(&texture.over_alike(&uv, &shift_texels, &footprint, lanes));
-        let maps = self.scene.map_texels((triangle, face, texture), &uv, (&shift_texels, &footprint), lanes);
-        LookUp { u, v, colours, maps }
+        }
     }
 
-    /// Light of the triangle that some rays met.
+    /// Light of the triangle that some rays met, of which the leader's footprint serves all. `added` and `emission`: as in `OnTriangle`.
     #[inline(always)]
     fn surface(
         &self,
         traced: &Traced,
         (leader, lanes): (usize, Mask),
-        look: &LookUp,
         aim: &Aim,
-        added: Option<&[Floats; BANDS]>,
+        filter: &Filter,
+        [added, emission]: [Option<&[Floats; BANDS]>; 2],
     ) -> [Floats; BANDS] {
-        let LookUp { u, v, colours, maps } = look;
-        let rays = OnTriangle {
-            triangle: traced.hits.triangle[leader],
-            lanes,
-            u: *u,
-            v: *v,
-            direction: &traced.packet.direction,
-            lamp_levels: aim.lamp_levels,
-            added,
-            emission: maps.emission.as_ref(),
-        };
-        self.scene.exitances_lux(&rays, colours)
+        let Traced { hits, packet } = traced;
+        let triangle = hits.triangle[leader];
+        let face = self.scene.face(triangle);
+        let [u, v] = weights(traced, leader, lanes);
+        let mut colours = [Floats::splat(1.0); BANDS];
+        if let Some(texture) = self.scene.texture_of(face) {
+            let (footprint, shift_texels) = self.footprint(traced, leader, aim, filter);
+            colours = by_band(&texture.over_alike(&face.uv(u, v), &shift_texels, &footprint, lanes));
+        }
+        let direction = &packet.direction;
+        let rays = OnTriangle { triangle, lanes, u, v, direction, lamp_levels: aim.lamp_levels, added, emission };
+        self.scene.exitances_lux(&rays, &colours)
     }
 }
 
-/// What the pictures of a triangle have where rays met it.
-struct LookUp {
-    /// Weights of its second and third corner, within it in every lane.
-    u: Floats,
-    /// See `u`.
-    v: Floats,
-    /// Of its base colour; white without a picture.
-    colours: [Floats; BANDS],
-    maps: MapTexels,
+/// Weights of a triangle's second and third corner where some rays met it; the leader's in the other lanes.
+#[inline(always)]
+fn weights(traced: &Traced, leader: usize, lanes: Mask) -> [Floats; 2] {
+    [traced.hits.u, traced.hits.v].map(|weight| lanes.select(weight, Floats::splat(weight.0[leader])))
+}
+
+/// Maps of a triangle that some rays met. It stands apart, because surfaces without maps are not to pay for it.
+struct MapLookUp<'a, 'b> {
+    view: &'a View<'b>,
+    traced: &'a Traced,
+    leader: usize,
+    lanes: Mask,
+    aim: &'a Aim<'a>,
+    filter: &'a Filter<'a>,
+}
+
+impl Kernel for MapLookUp<'_, '_> {
+    type Output = MapTexels;
+
+    #[inline(always)]
+    fn run(self) -> MapTexels {
+        let Self { view, traced, leader, lanes, aim, filter } = self;
+        let triangle = traced.hits.triangle[leader];
+        let face = view.scene.face(triangle);
+        let Some(texture) = view.scene.texture_of(face) else { return MapTexels::NONE };
+        let (footprint, shift_texels) = view.footprint(traced, leader, aim, filter);
+        let [u, v] = weights(traced, leader, lanes);
+        view.scene.map_texels((triangle, texture), &face.uv(u, v), (&shift_texels, &footprint), lanes)
+    }
 }
 
 /// The ray whose footprint serves others.

@@ -14,10 +14,6 @@ use crate::num::{index, u32_from};
 /// a corner detector finds, and the bake's slope over a cell is close to it.
 const CHANGE_MIN: f32 = 0.1;
 
-/// Change of a source's visible share over a cell from which the shadow of a wide source is traced as well: the half-shadow is then
-/// narrower than two cells, as where something touches a floor.
-const STEEP: f32 = 0.5;
-
 /// The light of one source at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ListedLight {
@@ -112,8 +108,9 @@ impl SourceLists {
 fn beside_edges(layout: &Layout, source: &Source, all: &[f32], light: &[SourceLight]) -> Vec<bool> {
     let mut on_edge = vec![false; all.len()];
     each_cell(layout, |places| {
-        let is_sharp = source.is_sharp(layout.samples[places[0] / 2].position_m);
-        if has_edge(places.map(|place| (all[place], light[place])), if is_sharp { 0.0 } else { STEEP }) {
+        if source.is_sharp(layout.samples[places[0] / 2].position_m)
+            && has_edge(places.map(|place| (all[place], light[place])))
+        {
             places.into_iter().for_each(|place| on_edge[place] = true);
         }
     });
@@ -138,9 +135,8 @@ fn each_cell(layout: &Layout, mut each: impl FnMut([usize; 3])) {
     }
 }
 
-/// Whether the visible share of a source changes between corners, each given with all its light, by what can be seen and by more than a
-/// share.
-fn has_edge(corners: [(f32, SourceLight); 3], share: f32) -> bool {
+/// Whether the visible share of a source changes between corners, each given with all its light, by what can be seen.
+fn has_edge(corners: [(f32, SourceLight); 3]) -> bool {
     let (mut least, mut most, mut sent, mut all) = (1.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
     for (lux, light) in corners {
         all = all.max(lux);
@@ -150,5 +146,5 @@ fn has_edge(corners: [(f32, SourceLight); 3], share: f32) -> bool {
             sent = sent.max(light.unoccluded);
         }
     }
-    most - least > share && (most - least) * sent > CHANGE_MIN * all
+    (most - least) * sent > CHANGE_MIN * all
 }

@@ -11,7 +11,7 @@ use super::super::light::{BANDS, Bands};
 use super::super::maps::{mapped_normal, tangent_space};
 use super::super::texture::{Footprint, Texture};
 use super::super::vectors::{dot, unit};
-use super::data::{Face, LitScene};
+use super::data::LitScene;
 use super::shadows::{Relief, Shadows};
 use super::surface::by_band;
 use crate::num::index;
@@ -31,17 +31,14 @@ impl MapTexels {
 
 impl LitScene {
     /// What the maps of a triangle have within a footprint on its base colour, from which the lanes differ by how far they are shifted.
-    #[inline]
+    #[inline(always)]
     pub fn map_texels(
         &self,
-        (triangle, face, colour): (u32, &Face, &Texture),
+        (triangle, colour): (u32, &Texture),
         uv: &[Floats; 2],
         (shift_texels, footprint): (&[Floats; 2], &Footprint),
         lanes: Mask,
     ) -> MapTexels {
-        if !face.has_maps() {
-            return MapTexels::NONE;
-        }
         let mesh = &self.scene.mesh;
         let maps = mesh.materials[index(mesh.material_of[index(triangle)])].maps;
         let texels = |texture: u32| {
