@@ -96,7 +96,8 @@ pub fn best(scene: &Scene, count: usize) -> Vec<CameraView> {
         crate::parallel::collected(poses.len(), of)
     });
     let by_score = |a: &CameraView, b: &CameraView| b.score.total_cmp(&a.score);
-    let is_place = encloses(&inside) || has_floor(scene, &extent);
+    let is_room = extent.size_m().min_element() > ROOM_M && encloses(&inside);
+    let is_place = is_room || has_floor(scene, &extent);
     inside.sort_by(by_score);
     around.sort_by(by_score);
     let mut found = around;
@@ -124,7 +125,10 @@ fn forward(view: &CameraView) -> DVec3 {
     view.world_from_camera.direction(DVec3::Z)
 }
 
-/// Whether a fourth of the cameras inside see something, and half of those hardly anything else: a room.
+/// Least extent of a room in metres: smaller things that are hollow are things.
+const ROOM_M: f64 = 1.0;
+
+/// Whether a fourth of the cameras inside see something, and half of those hardly anything else.
 fn encloses(inside: &[CameraView]) -> bool {
     let mut filled: Vec<f64> = inside.iter().filter(|view| view.score > 0.0).map(|view| view.covered).collect();
     filled.sort_by(f64::total_cmp);
