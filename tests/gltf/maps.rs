@@ -125,3 +125,14 @@ fn a_pane_lets_pass_what_fresnel_leaves_of_its_transmission() {
     let notes = scene(&pane(1.0, [1.0, 0.2, 0.2, 1.0])).notes;
     assert!(notes.iter().any(|note| note.contains("its tint dims all colours alike")), "{notes:?}");
 }
+
+#[test]
+fn glass_whose_metallic_is_a_picture_is_a_pane() {
+    // The factor of metallic is 1 where a file says nothing; the picture says that there is none.
+    let file = mapped("pbrMetallicRoughness.metallicRoughnessTexture", [[0, 0, 0, 255]; 2]).edited(|file| {
+        file.json["extensionsUsed"] = serde_json::json!(["KHR_materials_transmission"]);
+        file.json["materials"][0]["extensions"] =
+            serde_json::json!({"KHR_materials_transmission": {"transmissionFactor": 1.0}});
+    });
+    assert_eq!(scene(&file).mesh.materials[0].transmission, 1.0);
+}

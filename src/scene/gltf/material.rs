@@ -49,7 +49,6 @@ pub fn read_all(
         let mut read = plain(&material);
         if !is_clear {
             pictures.dress(&material, &mut read, mesh, notes)?;
-            pictures.make_pane(&material, &mut read, mesh, notes)?;
             note_what_is_left_out(&material, unread, notes);
         }
         mesh.materials.push(read);

@@ -138,40 +138,42 @@ impl<'a, 'b> Pictures<'a, 'b> {
         Ok(())
     }
 
-    /// Makes a material that transmits light a thin pane. Its colour takes as much of what passes as of white light, in all bands alike.
-    pub fn make_pane(
+    /// Makes a material that transmits light a thin pane, and says so. Its colour takes as much of all bands as of white light.
+    fn make_pane(
         &mut self,
         material: &gltf::Material<'_>,
         read: &mut Material,
         mesh: &mut Mesh,
-        notes: &mut Notes,
-    ) -> Result<(), String> {
-        let Some(transmission) = material.transmission().filter(|_| read.cut_out.is_none()) else { return Ok(()) };
+    ) -> Result<Option<String>, String> {
+        let Some(transmission) = material.transmission().filter(|_| read.cut_out.is_none()) else { return Ok(None) };
         let (tint, clear) = (read.pane_tint(), sound(transmission.transmission_factor(), 1.0) * (1.0 - read.metallic));
         if clear * tint <= 0.0 {
-            return Ok(());
+            return Ok(None);
         }
+        let mut said = format!("{} is a thin pane, which does not bend light", called(material));
         let (mut size, mut codes, mut wrap, mut mean) = ([1, 1], vec![u8::MAX], [Wrap::Repeat; 2], 1.0);
-        let info = transmission.transmission_texture();
-        if let Some(info) = info.filter(|info| Placing::of_texture(info) == Placing::of_material(material)) {
-            let picture = self.decoded(&info.texture())?;
-            (size, wrap, mean) = (picture.size_px, wrapping(&info.texture()), picture.mean_value()[0]);
-            codes = picture.codes.iter().map(|code| code[0]).collect();
+        if let Some(info) = transmission.transmission_texture() {
+            let is_alike = Placing::of_texture(&info) == Placing::of_material(material);
+            if is_alike && self.budget.has_room(&self.bytes(&info.texture())?) {
+                let picture = self.decoded(&info.texture())?;
+                (size, wrap, mean) = (picture.size_px, wrapping(&info.texture()), picture.mean_value()[0]);
+                codes = picture.codes.iter().map(|code| code[0]).collect();
+            } else {
+                said += "; its texture of transmission is not read";
+            }
         }
         mesh.cut_outs.push(CutOut::pane(size[0], size[1], codes, wrap, clear * tint));
         (read.cut_out, read.transmission) = (Some(u32_from(mesh.cut_outs.len() - 1)), clear * mean);
-        let is_tinted = read.base_colour[..3].iter().any(|&band| (band - tint).abs() > 0.02);
-        let what = match (is_tinted, read.roughness > 0.1) {
-            (false, false) => "",
-            (true, false) => "; its tint dims all colours alike",
-            (false, true) => "; it is not frosted",
-            (true, true) => "; its tint dims all colours alike, and it is not frosted",
-        };
-        notes.add(format!("{} is a thin pane, which does not bend light{what}", called(material)));
-        Ok(())
+        if read.base_colour[..3].iter().any(|&band| (band - tint).abs() > 0.02) {
+            said += "; its tint dims all colours alike";
+        }
+        if read.roughness > 0.1 {
+            said += "; it is not frosted";
+        }
+        Ok(Some(said))
     }
 
-    /// Gives a material that was read its maps beside the base colour.
+    /// Gives a material that was read its maps beside the base colour, and its transmission.
     pub fn add_maps(
         &mut self,
         material: &gltf::Material<'_>,
@@ -228,6 +230,10 @@ impl<'a, 'b> Pictures<'a, 'b> {
             read.texture = Some(u32_from(mesh.textures.len() - 1));
         }
         read.maps = maps;
+        // By the mean of its metallic map: no light passes metal.
+        if let Some(said) = self.make_pane(material, &mut read, mesh)? {
+            notes.add(said);
+        }
         mesh.materials[number] = read;
         Ok(())
     }
