@@ -15,6 +15,8 @@ const folder = mkdtempSync(join(tmpdir(), "sensel-page-"));
 const checks = new Checks();
 const server = await serve(join(root, "web/dist"));
 const browser = await launch();
+// Processor time that the first picture may take, in jobs of `reference_ms`.
+const FIRST_PICTURE_JOBS = 6;
 const tabs = ["pixel", "rows", "features", "noise", "pose", "energy", "ladder", "compare"];
 
 /** Codes of a grey PNG of 16 bits, as the page writes them or as the program does. */
@@ -156,13 +158,32 @@ async function traced() {
   return { tasks_ms, until_ms };
 }
 
+// A fixed job of the engine, the best of nine: what the processor time of the first picture is compared with, since machines differ.
+async function reference_ms() {
+  const { page, context } = await open(browser, `${server.address}uPlot-LICENSE.txt`);
+  const times_ms = [];
+  for (let round = 0; round < 9; round += 1) {
+    times_ms.push(await page.evaluate(() => {
+      const started = performance.now();
+      let state = 1;
+      for (let step = 0; step < 50_000_000; step += 1) state = Math.imul(state ^ (state >>> 15), 0x2c1b3c6d) + step | 0;
+      globalThis.state = state;
+      return performance.now() - started;
+    }));
+  }
+  await context.close();
+  return Math.min(...times_ms);
+}
+
 await checks.part("nothing blocks the main thread", async () => {
   // What a virtual machine takes away counts as processor time, so the best of three walks counts.
-  const within = ({ tasks_ms, until_ms }) => Math.max(...tasks_ms) < 50 && until_ms < 1000;
+  const job_ms = await reference_ms(), allowed_ms = FIRST_PICTURE_JOBS * job_ms;
+  const within = ({ tasks_ms, until_ms }) => Math.max(...tasks_ms) < 50 && until_ms < allowed_ms;
   let walk = await traced();
   for (let more = 0; more < 2 && !within(walk); more += 1) walk = await traced();
   const { tasks_ms, until_ms } = walk;
-  checks.that("the first picture takes less than a second of processor time", until_ms > 0 && until_ms < 1000, until_ms);
+  console.log(`first picture: ${(until_ms / job_ms).toFixed(1)} times the reference job of ${job_ms.toFixed(0)} ms`);
+  checks.that("the first picture takes little processor time", until_ms > 0 && until_ms < allowed_ms, until_ms, job_ms);
   checks.that("the trace has the page's tasks", tasks_ms.length > 1000, tasks_ms.length);
   checks.that("no task takes 50 ms", Math.max(...tasks_ms) < 50, Math.max(...tasks_ms));
 });

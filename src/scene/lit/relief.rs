@@ -41,16 +41,18 @@ impl LitScene {
     ) -> MapTexels {
         let mesh = &self.scene.mesh;
         let maps = mesh.materials[index(mesh.material_of[index(triangle)])].maps;
-        let texels = |texture: u32| {
+        // A loop, so that the kernel has the code of one texture.
+        let mut texels = [None; 2];
+        let textures = [maps.emission.map(|(texture, _)| texture), maps.normal.map(|(texture, _)| texture)];
+        for (texels, texture) in texels.iter_mut().zip(textures) {
+            let Some(texture) = texture else { continue };
             let texture = &mesh.textures[index(texture)];
             let (from, to) = (colour.size(), texture.size());
             let shift = [0, 1].map(|axis| shift_texels[axis] * Floats::splat(to[axis] / from[axis]));
-            texture.over_alike(uv, &shift, &footprint.on(colour, texture), lanes)
-        };
-        MapTexels {
-            emission: maps.emission.map(|(texture, _)| by_band(&texels(texture))),
-            normals: maps.normal.map(|(texture, _)| texels(texture)),
+            *texels = Some(texture.over_alike(uv, &shift, &footprint.on(colour, texture), lanes));
         }
+        let [emission, normals] = texels;
+        MapTexels { emission: emission.map(|texels| by_band(&texels)), normals }
     }
 
     /// The normals where a ray met a triangle, from a texel of its normal map.
