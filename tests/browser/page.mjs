@@ -15,8 +15,8 @@ const folder = mkdtempSync(join(tmpdir(), "sensel-page-"));
 const checks = new Checks();
 const server = await serve(join(root, "web/dist"));
 const browser = await launch();
-// Processor time that the first picture may take, in jobs of `reference_ms`.
-const FIRST_PICTURE_JOBS = 6;
+// Processor time that the first picture may take, in jobs of `reference_ms`: a second on a machine whose job takes 274 ms.
+const FIRST_PICTURE_JOBS = 1000 / 274;
 const tabs = ["pixel", "rows", "features", "noise", "pose", "energy", "ladder", "compare"];
 
 /** Codes of a grey PNG of 16 bits, as the page writes them or as the program does. */
@@ -158,7 +158,7 @@ async function traced() {
   return { tasks_ms, until_ms };
 }
 
-// A fixed job of the engine, the best of nine: what the processor time of the first picture is compared with, since machines differ.
+// The time of a fixed job in the same engine, the best of nine: machines differ, so the first picture is compared with it.
 async function reference_ms() {
   const { page, context } = await open(browser, `${server.address}uPlot-LICENSE.txt`);
   const times_ms = [];
@@ -176,16 +176,19 @@ async function reference_ms() {
 }
 
 await checks.part("nothing blocks the main thread", async () => {
-  // What a virtual machine takes away counts as processor time, so the best of three walks counts.
-  const job_ms = await reference_ms(), allowed_ms = FIRST_PICTURE_JOBS * job_ms;
-  const within = ({ tasks_ms, until_ms }) => Math.max(...tasks_ms) < 50 && until_ms < allowed_ms;
-  let walk = await traced();
-  for (let more = 0; more < 2 && !within(walk); more += 1) walk = await traced();
-  const { tasks_ms, until_ms } = walk;
-  console.log(`first picture: ${(until_ms / job_ms).toFixed(1)} times the reference job of ${job_ms.toFixed(0)} ms`);
-  checks.that("the first picture takes little processor time", until_ms > 0 && until_ms < allowed_ms, until_ms, job_ms);
-  checks.that("the trace has the page's tasks", tasks_ms.length > 1000, tasks_ms.length);
-  checks.that("no task takes 50 ms", Math.max(...tasks_ms) < 50, Math.max(...tasks_ms));
+  // What a virtual machine takes away counts as processor time, so the best of three walks counts, each beside its own reference.
+  const longest_ms = ({ tasks_ms }) => Math.max(...tasks_ms);
+  const used = (walk) => Math.max(walk.jobs / FIRST_PICTURE_JOBS, longest_ms(walk) / 50); // Of the bounds; one walk is held to both.
+  let best;
+  for (let count = 0; count < 3 && !(best && used(best) < 1); count += 1) {
+    const job_ms = await reference_ms(), walk = await traced();
+    walk.jobs = walk.until_ms / job_ms;
+    console.log(`first picture: ${walk.jobs.toFixed(1)} times the reference job of ${job_ms.toFixed(0)} ms`);
+    if (!best || used(walk) < used(best)) best = walk;
+  }
+  checks.that("the first picture takes processor time within its bound", best.jobs > 0 && best.jobs < FIRST_PICTURE_JOBS, best.jobs);
+  checks.that("the trace has the page's tasks", best.tasks_ms.length > 1000, best.tasks_ms.length);
+  checks.that("no task takes 50 ms", longest_ms(best) < 50, longest_ms(best));
 });
 
 await checks.part("a VGA sensor runs at fifteen frames a second", async () => {
