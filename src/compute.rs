@@ -135,7 +135,7 @@ impl Extractor {
         self.queue_most
     }
 
-    /// Features of a frame of codes of so many bits behind colour filters whose pattern repeats after `pattern_px` (columns, rows). Fails
+    /// Features of a frame of codes of `bits` bits behind colour filters whose pattern repeats after `pattern_px` (columns, rows). Fails
     /// on a picture that the window does not fit into or that is too large, codes that have more bits, or a target that the clocked
     /// form's register does not hold.
     pub fn frame(

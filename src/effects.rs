@@ -31,9 +31,9 @@ pub struct EffectEntry {
     pub build: fn(&Parameters) -> Option<Box<dyn Effect>>,
 }
 
-/// The samples with the time between them: from reset sample to signal sample pass the rest of the reset conversion, where there is
-/// one, and the settling of the signal. Both levels are met at one height of the ramp, as in a dark pixel; a bright one is met up to a
-/// ramp later.
+/// The samples with the time between them: the interval between reset and signal sample is the rest of the reset conversion, if any, plus
+/// the settling time of the signal. The ramp is taken to cross both levels at one height, as in a dark pixel; it crosses a bright one up
+/// to a ramp later.
 pub fn sampling(parameters: &Parameters) -> SampleTiming {
     let adc = &parameters.adc;
     let samples = adc.cds.samples();

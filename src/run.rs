@@ -7,7 +7,7 @@ mod checked;
 mod code_sums;
 mod estimate;
 pub mod expose;
-mod exposed;
+mod picture_warnings;
 mod extractor;
 mod exposure;
 mod facts;

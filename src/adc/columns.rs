@@ -15,7 +15,7 @@ pub struct Converter {
     pub(super) pedestal_nv: i64,
     /// Of equal steps, many columns at a time.
     pub(super) kernel: Option<LinearKernel>,
-    /// Whether the kernel is all there is: no delays, no kickback.
+    /// Whether the kernel alone converts: no delays, no kickback.
     pub(super) is_plain: bool,
     pub(super) is_clocked: bool,
     /// What converts in place of the clocked rung's own counters.

@@ -1,4 +1,4 @@
-//! Parameters of the column converters: checks the values of a config and derives what follows from them.
+//! Parameters of the column converters as a config gives them. Their check and what follows from them are in `derived`.
 
 use crate::pixel::SampledLevels;
 use crate::text::named;

@@ -63,13 +63,13 @@ pub struct CommonOptions {
 pub enum Verb {
     /// Runs a scenario from photons to pose and writes report, pictures, packets and trajectories.
     Run(RunVerbArguments),
-    /// Says which effects a scenario calls for, which are left out, and the bound of what that changes; simulates nothing.
+    /// Prints which effects a scenario calls for, which are left out, and the bound of what that changes; simulates nothing.
     Plan(PlanArguments),
-    /// Says line and frame times, exposure limits, latency and link use of a sensor, and where a line's time goes.
+    /// Prints line and frame times, exposure limits, latency and link use of a sensor, and where a line's time goes.
     Timing(TimingArguments),
     /// Draws how a row is converted: phases, ramp, comparators, counters and codes over the line.
     Waves(WavesArguments),
-    /// Says energy and bandwidth by block, raw pictures against features.
+    /// Prints energy and bandwidth by block, raw pictures against features.
     Power(PowerArguments),
     /// Runs the extractor alone on a picture.
     Features(FeaturesArguments),
@@ -85,13 +85,13 @@ pub enum Verb {
     Ladder(LadderArguments),
     /// Measures a sensor by EMVA 1288: frames, descriptor and truth for a judge, every figure, a report.
     Characterize(CharacterizeArguments),
-    /// Says whether one run is better than another: differences with 95 % intervals, and a page with the pictures under a wiper.
+    /// Tests whether one run is better than another: differences with 95 % intervals, and a page with the pictures under a wiper.
     Compare(CompareArguments),
     /// A design space: many runs, one table, one page.
     Sweep(SweepArguments),
     /// Finds a sensor's parameters with intervals from its frames, dark and bright: the inverse of characterize.
     Fit(FitArguments),
-    /// Says what a glTF file holds and what of it is not read, and writes a scenario whose camera sees it.
+    /// Prints what a glTF file holds and what of it is not read, and writes a scenario whose camera sees it.
     Scene(SceneArguments),
 }
 
@@ -158,7 +158,7 @@ pub struct LadderArguments {
     /// Frames of each run whose poses are judged; 0: none.
     #[arg(long, value_name = "N", default_value_t = 40)]
     pub pose_frames: u32,
-    /// Finest error that is told apart, in units of photon noise, 0.1 to 10; what is finer is not shown.
+    /// Smallest error that is resolved, in units of photon noise, 0.1 to 10; smaller ones are not shown.
     #[arg(long, value_name = "ERROR", default_value_t = 0.5)]
     pub finest: f64,
     /// Times that each setting is timed; the least counts, 1 to 20.
@@ -345,7 +345,7 @@ pub struct SweepArguments {
 
 #[derive(Subcommand, Debug)]
 pub enum SweepPart {
-    /// Says how many cells, what they share, and the processor time and disk that they need; simulates two frames.
+    /// Prints how many cells there are, what they share, and the processor time and disk that they need; simulates two frames.
     Plan(SweepFileArguments),
     /// Runs the cells that are not finished.
     Run(SweepRunArguments),

@@ -33,7 +33,7 @@ pub fn main(arguments: &FeaturesArguments, shared: &CommonOptions) -> Result<(),
     let mut params = resolved.scenario.extractor().map_err(located)?;
     let rung = resolved.scenario.fidelity().map_err(located)?.rung;
     if arguments.threshold.is_some() {
-        // Who names a threshold wants that one.
+        // A threshold from the command line does not adapt.
         params.target_features = 0;
     }
     let picture = grey::read(&arguments.image)?;

@@ -28,7 +28,7 @@ impl FrameClocks {
     }
 }
 
-/// Simulates a frame of codes of so many bits whose features are spread evenly over the cells of all octaves; at most
+/// Simulates a frame of codes of `bits` bits whose features are spread evenly over the cells of all octaves; at most
 /// `ExtractorParams::features_max` of them.
 pub fn even_frame(
     params: &ExtractorParams,

@@ -52,7 +52,7 @@ pub struct ExtractorCounts {
     pub without_patch: u64,
     /// Corners that found no place in their cell, or lost it.
     pub unselected: u64,
-    /// Candidates lost before a full queue.
+    /// Candidates dropped because the queue was full.
     pub dropped: u64,
     /// Candidates lost because their rows were overwritten.
     pub late: u64,

@@ -33,7 +33,7 @@ pub fn angle_of(x: i32, y: i32) -> Turns {
     Turns::from_bits(low_u8(turn))
 }
 
-/// An angle rounded to so many bits (half a step up, and round again at a whole turn). 1 to 8 bits.
+/// An angle rounded to the given number of bits (half a step up, and round again at a whole turn). 1 to 8 bits.
 pub fn rounded_angle(angle: Turns, bits: u32) -> Turns {
     let cut = 8 - bits.min(8);
     let half = (1_u32 << cut) >> 1;

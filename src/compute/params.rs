@@ -52,7 +52,7 @@ pub enum Smoothing {
     Binomial,
 }
 
-/// Codes of so many bits or fewer are smoothed before corners are looked for, by default: measured with one camera in a
+/// Codes of this many bits or fewer are smoothed before corners are looked for, by default: measured with one camera in a
 /// textured box, where 2 bits do not start without, and 4 bits go wrong from one starting frame of four (docs/tracker_figures.md).
 const SMOOTHED_BITS: u32 = 4;
 
@@ -153,7 +153,7 @@ impl ExtractorParams {
         Ok(self)
     }
 
-    /// Whether words of codes of so many bits are smoothed before corners are looked for.
+    /// Whether words of codes of a given width are smoothed before corners are looked for.
     pub fn smooths(&self, code_bits: u32) -> bool {
         match self.smoothing {
             Smoothing::Auto => code_bits <= SMOOTHED_BITS,
@@ -162,7 +162,7 @@ impl ExtractorParams {
         }
     }
 
-    /// The same for codes of so many bits: with the least threshold that makes sense there.
+    /// The same for codes of a given width: with the least threshold that makes sense there.
     ///
     /// Smoothing leaves a corner 0.41 of its difference by the median (quartiles 0.33 and 0.47; 4,000 corners of a textured box), so half
     /// the threshold finds as many. What two by two pixels make that noise has moved by one code is no corner, whatever was asked for.
@@ -223,7 +223,7 @@ impl ExtractorParams {
         if self.cell_px == 64 { 128 } else { 64 }
     }
 
-    /// The threshold of the next frame after one with so many corners that had their patches.
+    /// The threshold of the next frame after one with the given number of corners that had their patches.
     ///
     /// Within an eighth of the target it stays; else it moves by an eighth of itself up or by a sixteenth down, at least by one, and
     /// never below where it began.

@@ -27,7 +27,7 @@ const OPS: u64 = 2 * (3 + 3 + 3) + 1;
 /// The picture weighted by (1 6 15 20 15 6 1) in both directions over 4096, rounded half up; standard deviation 1.22 px. Beyond an edge
 /// the outermost pixels are repeated.
 ///
-/// Counts its work as words of so many bits.
+/// Counts its work as words of the given width.
 pub(super) fn presmooth<W: Word>(picture: &Plane<W>, bits: u32, events: &mut Events) -> Plane<W> {
     let pixels = u64_from(picture.size().pixel_count());
     let words = |count: u64| (count * pixels * u64::from(bits)).div_ceil(8);

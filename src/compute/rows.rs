@@ -80,7 +80,7 @@ pub struct RowSpacing {
 }
 
 impl RowSpacing {
-    /// Rows that are so many clocks of one frequency apart, in clocks of another. Panics on a frequency of 0.
+    /// Rows whose distance in clocks of one frequency is given, in clocks of another. Panics on a frequency of 0.
     pub fn new(row_clk: u64, row_hz: u64, compute_hz: u64) -> Self {
         assert!(row_hz > 0 && compute_hz > 0, "both clocks run");
         let divisor = gcd(row_hz, compute_hz);

@@ -12,7 +12,7 @@ use crate::words::{TriangleMean, rounded};
 
 /// A word of the pipeline, with the sums that its kernels need.
 pub trait Word: Copy + Ord + Default + Debug + Into<u32> + BitOr<Output = Self> + Send + Sync + 'static {
-    /// The smoothing kernel's sum: a mean with eight fraction bits, to which each word adds so many of its 256ths.
+    /// The smoothing kernel's sum: a mean with eight fraction bits, to which each word adds the given number of its 256ths.
     type Mean: FixedUnsigned;
     /// Holds 91 times a word with either sign: a column's moment about the middle of a patch.
     type Moment: Copy
@@ -29,9 +29,9 @@ pub trait Word: Copy + Ord + Default + Debug + Into<u32> + BitOr<Output = Self> 
     fn less(self, other: Self) -> Self;
     /// The low bits of a number.
     fn low(value: u32) -> Self;
-    /// So many 256ths of the word.
+    /// The given number of 256ths of the word.
     fn share(self, weight: u8) -> Self::Mean;
-    /// So many times a part of a mean. Whole means fit.
+    /// A part of a mean times an integer. Whole means fit.
     fn times(part: Self::Mean, weight: u8) -> Self::Mean;
     /// A mean, rounded half up.
     fn rounded(mean: Self::Mean) -> Self;

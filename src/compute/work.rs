@@ -38,7 +38,7 @@ const ROTATOR_MACS: u64 = 2 * 4;
 /// Compares of an angle's slope, each with a product.
 const SLOPES: u64 = 32;
 
-/// Counts a frame of so many features.
+/// Counts a frame with the given number of features.
 pub(super) fn count(
     params: &ExtractorParams,
     size: Size,

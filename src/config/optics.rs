@@ -91,18 +91,19 @@ impl Scenario {
         for (key, value) in [("k1", k1), ("k2", k2), ("p1", p1), ("p2", p2), ("k3", k3), ("k4", k4)] {
             within(&format!("optics.{key}"), value, -10.0..=10.0, "-10 to 10")?;
         }
-        // Nearer to 1 the second sphere leaves the first one's inside in all but name.
+        // At 1 the centre of the second sphere lies on the first one, and the model degenerates.
         within("optics.xi", xi, -0.999..=0.999, "-0.999 to 0.999")?;
         within("optics.alpha", alpha, 0.0..=1.0, "0 to 1")?;
         within("optics.beta", beta, 0.01..=100.0, "0.01 to 100")?;
         one_of("optics.model", &optics.model, &MODELS.map(|name| (name, ())))?;
         Ok(match optics.model.as_str() {
+            "pinhole" => Mapping::Pinhole,
             "radtan" => Mapping::Radtan(Radtan { k1, k2, p1, p2, k3 }),
             "kb4" => Mapping::Kb4(Kb4::new([k1, k2, k3, k4])),
             "double_sphere" => Mapping::DoubleSphere(DoubleSphere { xi, alpha }),
             "eucm" => Mapping::Eucm(Eucm { alpha, beta }),
             "table" => Mapping::Table(RadiusTable::new(&in_radians(&optics.table))?),
-            _ => Mapping::Pinhole,
+            other => unreachable!("`MODELS` has {other}, which has no mapping"),
         })
     }
 

@@ -86,7 +86,7 @@ sections! {
         render_quantum_efficiency: Option<f64>,
         /// Electrons from which on a pixel's render noise does not count, 1 to 2e9; what the sensor's pixel holds unless given.
         render_full_well_e: Option<f64>,
-        /// Mean photons are rounded to steps of so many sigmas of their photon noise, 0.01 to 1; 0: not at all. Stored photons of a step
+        /// Step to which mean photons are rounded, in sigmas of their photon noise, 0.01 to 1; 0: not rounded. Stored photons of a step
         /// of 0.3 take a third of the disk; the error is 0.29 steps.
         photon_rounding: f64,
         /// What all effects left out may add up to, in units of a pixel's own noise, 0 to 10.

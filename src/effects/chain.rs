@@ -1,4 +1,4 @@
-//! Runs the chosen effects over a frame: one pass an effect over a row buffer that stays in L1, no question asked in a pixel loop.
+//! Runs the chosen effects over a frame: one pass per effect over a row buffer that stays in L1; no branches in pixel loops.
 //!
 //! Rows are independent but for the effects of `Domain::ArrayElectrons`: only where one of these is chosen, the electrons of the
 //! whole window are held between two sweeps over the rows.
@@ -50,7 +50,7 @@ impl Chain {
             die_seed,
             full_from_e,
         };
-        chain.knowing_what_is_full()
+        chain.with_full_from()
     }
 
     /// The same sensor that draws for every pixel, also where no draw can show: the slow twin, equal in every bit.
@@ -61,7 +61,7 @@ impl Chain {
 
     /// Finds from which charge on draws cannot show: where every reading clips, and nothing moves what is beyond the well to other
     /// pixels.
-    fn knowing_what_is_full(mut self) -> Self {
+    fn with_full_from(mut self) -> Self {
         let clips =
             self.readings.iter().all(|reading| reading.effects.iter().any(|effect| effect.name() == "full_well"));
         let spills = self.gathering.iter().any(|effect| effect.name() == "blooming");
@@ -88,7 +88,7 @@ impl Chain {
         let first_counter = self.counters();
         self.readings.push(Reading::new(parameters, effects, 1, first_counter));
         self.merge = Some(merge);
-        self.knowing_what_is_full()
+        self.with_full_from()
     }
 
     /// The same sensor with optical-black rows, which are read before the picture.
@@ -229,7 +229,7 @@ impl Chain {
         RowSamples { signal_uv: buffers.values, reset_uv: buffers.reset }
     }
 
-    /// Converters of one camera in the first reading, of the columns that are read; without window and binning of so many.
+    /// Converters of one camera in the first reading, for the columns that are read; `width_px` counts only without window and binning.
     pub fn first_columns(&self, camera: CameraIndex, width_px: usize) -> Columns<'_> {
         let width = self.layout.as_ref().map_or(width_px, WindowLayout::buffer_width);
         self.columns(camera, width).swap_remove(0)

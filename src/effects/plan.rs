@@ -92,7 +92,7 @@ pub struct Plan {
 pub enum EffectChoice {
     /// The planner decides.
     Auto {
-        /// KeptEffect regardless of their bound.
+        /// Kept regardless of their bound.
         added: Vec<String>,
         /// Left out regardless of their bound; the plan still states it.
         removed: Vec<String>,
@@ -198,9 +198,9 @@ fn choose(
     let mut omit: Vec<bool> = (0..effects.len()).map(|index| named(removed, index)).collect();
     // The budget is for what the planner leaves out; what the user removed is stated in the bound but not charged to it.
     let mut planned = vec![false; effects.len()];
-    let mut by_cost: Vec<usize> = (0..effects.len()).filter(|&index| !omit[index] && !named(added, index)).collect();
-    by_cost.sort_by(|&a, &b| share(&omissions[a], regions).total_cmp(&share(&omissions[b], regions)));
-    for index in by_cost {
+    let mut by_error: Vec<usize> = (0..effects.len()).filter(|&index| !omit[index] && !named(added, index)).collect();
+    by_error.sort_by(|&a, &b| share(&omissions[a], regions).total_cmp(&share(&omissions[b], regions)));
+    for index in by_error {
         if omissions[index].iter().any(Option::is_none) {
             continue;
         }

@@ -98,7 +98,7 @@ impl HostParams {
         }
     }
 
-    /// Energy of a frame of so many bytes and features. `extracted_px` pixels have their features extracted here.
+    /// Energy of a frame with the given bytes and features. `extracted_px` pixels have their features extracted here.
     pub fn frame(&self, bytes: f64, extracted_px: f64, features: f64, frame_s: f64) -> HostEnergy {
         HostEnergy {
             receive_uj: 1e-6 * self.receive_pj_per_byte * bytes,
@@ -108,17 +108,17 @@ impl HostParams {
         }
     }
 
-    /// Seconds that decoding so many bytes takes.
+    /// Seconds that decoding the given bytes takes.
     pub fn decode_s(&self, bytes: f64) -> f64 {
         self.decode_clk_per_byte * bytes / self.clock_hz
     }
 
-    /// Seconds that extracting the features of so many pixels takes.
+    /// Seconds that extracting the features of the given pixels takes.
     pub fn extract_s(&self, pixels: f64) -> f64 {
         self.extract_clk_per_pixel * pixels / self.clock_hz
     }
 
-    /// Seconds that tracking a frame with so many features takes.
+    /// Seconds that tracking a frame with the given number of features takes.
     pub fn track_s(&self, features: f64) -> f64 {
         (self.track_clk_per_frame + self.track_clk_per_feature * features) / self.clock_hz
     }

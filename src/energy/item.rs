@@ -27,9 +27,9 @@ named! {
 pub enum Amount {
     /// As often as an event; the constant is in attojoules.
     Event(Event),
-    /// So many times in every frame of a sensor; the constant is in attojoules.
+    /// Events in every frame of a sensor; the constant is in attojoules.
     PerFrame(u64),
-    /// So many nanoseconds of every frame of a sensor; the constant is in nanowatts.
+    /// Nanoseconds of every frame of a sensor; the constant is in nanowatts.
     Nanoseconds(u64),
     /// As many nanoseconds as the data lanes together are in high-speed mode; the constant is in nanowatts.
     LaneNanoseconds,

@@ -31,7 +31,7 @@ impl MeasuredCost {
         Self { work_ms: self.work_ms + other.work_ms, wall_ms: self.wall_ms + other.wall_ms }
     }
 
-    /// So many times as long.
+    /// Times as long.
     #[must_use]
     pub fn times(self, factor: f64) -> Self {
         Self { work_ms: factor * self.work_ms, wall_ms: factor * self.wall_ms }

@@ -43,7 +43,7 @@ pub struct Judge {
 }
 
 impl Judge {
-    /// Whether a pixel of so many photons shows differences.
+    /// Whether a pixel of the given photons shows differences.
     pub fn counts(&self, photons: f32) -> bool {
         photons > 0.0 && f64::from(photons) < self.saturation_photons
     }

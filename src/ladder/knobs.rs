@@ -12,16 +12,16 @@ pub const RAYS_MOST: u32 = 65_536;
 /// How many rays, and where.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RayBudget {
-    /// So many in every pixel.
+    /// A fixed number in every pixel.
     Fixed(u32),
-    /// As few as bring render variance to this many times photon variance, at most so many a pixel.
+    /// As few as bring render variance to a multiple of photon variance, up to a number per pixel.
     Tolerance {
         /// The target of the mean.
         tolerance: f64,
         /// Rays a pixel at most.
         most: u32,
     },
-    /// The mean of so many still pictures of one ray a pixel.
+    /// The mean of still pictures of one ray per pixel, by their number.
     Subframes(u32),
 }
 

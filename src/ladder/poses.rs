@@ -28,7 +28,7 @@ pub struct Poses {
     pub later: [MeasuredCost; LATER_STAGES.len()],
 }
 
-/// Runs every setting for so many frames, one entry each.
+/// Runs every setting for the given number of frames, one entry each.
 pub fn poses_of(bench: &LadderBench<'_>, settings: &[Setting], frames: u32) -> Result<Vec<Poses>, Error> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for (place, setting) in settings.iter().enumerate() {

@@ -71,7 +71,7 @@ impl Pilot<'_> {
         }
     }
 
-    /// Tolerances with so many reflections; the one of those measured that meets the goal and lies farthest along the knob.
+    /// Tolerances with a given number of reflections; the one of those measured that meets the goal and lies farthest along the knob.
     fn search_tolerance(&mut self, reflections: u32, start: f64) -> Result<Option<f64>, Error> {
         let mut tolerance = rounded(start);
         for step in 0..STEPS_MAX[1] {

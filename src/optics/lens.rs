@@ -156,7 +156,7 @@ impl Lens {
         (edge.x > 0.0 && edge.x.is_finite()).then_some(lens)
     }
 
-    /// The same lens over a picture whose first pixel lies at a place of this one's, and whose pixels are so many of this one's wide.
+    /// The same lens over a picture whose first pixel lies at a place of this one's, and whose pixels are `step_px` of this one's wide.
     #[must_use]
     pub fn of_part(&self, first_px: DVec2, step_px: f64) -> Self {
         let Intrinsics { fx_px, fy_px, cx_px, cy_px } = self.intrinsics;

@@ -169,7 +169,7 @@ impl BlurKernel {
         self.radius
     }
 
-    /// Share of a pixel's light that lands so many pixels aside.
+    /// Share of a pixel's light that lands the given number of pixels aside.
     pub fn at(&self, x_px: usize, y_px: usize) -> f64 {
         if x_px > self.radius || y_px > self.radius { 0.0 } else { self.quadrant[y_px * (self.radius + 1) + x_px] }
     }

@@ -137,7 +137,7 @@ pub fn resample(stream: &ImageStream, camera: &Camera, shutter: &[Span]) -> Resu
     Ok(Exposure { photons, render_variance_ratio: f64::INFINITY, rays: 0 })
 }
 
-/// Adds the light of pictures, each for so many lux-seconds at value 1, to the pixels of a row.
+/// Adds the light of pictures, each with its lux-seconds at value 1, to the pixels of a row.
 fn add_row(view: &CameraPixels, row: usize, pictures: &[(&Picture, f64)], per_lux_s: [f64; BANDS], values: &mut [f32]) {
     let Some((first, _)) = pictures.first() else { return };
     let mosaic = &view.camera.mosaic;

@@ -18,7 +18,7 @@ impl Rounding {
     /// Largest step: an error of 0.29 photon sigmas.
     pub const STEP_SIGMA_MAX: f64 = 1.0;
 
-    /// Steps of so many photon sigmas; none for 0, where photons stay as they are.
+    /// Step in photon sigmas; none for 0, where photons stay as they are.
     ///
     /// # Panics
     /// A step that is neither 0 nor within `STEP_SIGMA_MIN` to `STEP_SIGMA_MAX`.
@@ -38,7 +38,7 @@ impl Rounding {
         self.step_sigma * self.step_sigma / 12.0
     }
 
-    /// The nearest level of so many photons.
+    /// The level nearest to a number of photons.
     pub fn level(self, photons: f32) -> u32 {
         let level = (2.0 * f64::from(photons).sqrt() / self.step_sigma).round();
         crate::num::u32_truncated(level)

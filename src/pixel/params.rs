@@ -169,7 +169,7 @@ impl PixelParams {
         self.check_dark_now()
     }
 
-    /// Refuses a doubling step so short that the rates at the die's temperature leave all meaning.
+    /// Refuses a doubling step so short that the rates at the die's temperature become meaningless.
     fn check_dark_now(&self) -> Result<(), Error> {
         let rates = [self.dark_current_e_per_s, self.storage_dark_e_per_s.unwrap_or(0.0), self.hot_dark_e_per_s];
         if rates.into_iter().all(|rate_e_per_s| self.at_temperature(rate_e_per_s) <= DARK_NOW_E_PER_S_MAX) {

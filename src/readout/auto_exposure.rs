@@ -145,7 +145,7 @@ mod tests {
         Schedule::new(Size { width_px: 640, height_px: 480 }, &params, &paper_adc(), 0.0).unwrap()
     }
 
-    /// Mean code of an even scene that gives so many DN a line at gain 1, clipped and quantised as a converter does.
+    /// Mean code of an even scene that gives the stated DN per line at gain 1, clipped and quantised as a converter does.
     fn mean_dn(dn_per_line: f64, settings: ExposureSettings) -> f64 {
         let lines = f64_from_u64(settings.exposure_lines);
         (64.0 + dn_per_line * lines * settings.gain).min(1023.0).round()

@@ -42,7 +42,7 @@ pub struct FrameClock {
 }
 
 impl FrameClock {
-    /// The clock of a camera with frames of so many clocks.
+    /// The clock of a camera with frames of the given clocks.
     pub fn new(params: &ReadoutParams, camera: CameraIndex, frame_clk: Clocks) -> Self {
         let of = index(camera.0);
         Self {
@@ -94,7 +94,7 @@ impl FrameClock {
         start_s + self.length_s(clock)
     }
 
-    /// So many clocks in seconds.
+    /// Clocks in seconds.
     pub fn length_s(&self, clocks: Clocks) -> f64 {
         f64_from_u64(clocks.0) / self.frequency_hz()
     }

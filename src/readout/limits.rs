@@ -99,7 +99,7 @@ fn frame_too_short(
     // A frame that grows with its exposure need only hold its rows.
     let needed = if params.long_exposure == LongExposure::ExtendFrame { demand.rows } else { demand.lines() };
     if let FrameLength::RateHz(rate_hz) = params.frame {
-        // The rate of exactly so many lines: read again, it rounds to them.
+        // The rate of exactly this number of lines: read again, it rounds to them.
         let fastest_hz = f64_from_u64(params.pixel_rate_hz) / f64_from_u64(u64::from(params.hts) * needed);
         let what = if rows_do_not_fit { "rows" } else { "exposure and its margin" };
         let reason = format!(
@@ -151,7 +151,7 @@ pub(super) fn check_trigger(params: &ReadoutParams, frame_clk: Clocks) -> Result
     Err(Error::key("sensor.readout.trigger_period_us", microseconds(period_ns), reason))
 }
 
-/// So many lines in us of the nominal clock.
+/// Lines in us of the nominal clock.
 fn lines_us(lines: u64, params: &ReadoutParams) -> f64 {
     1e6 * f64_from_u64(lines) * f64::from(params.hts) / f64_from_u64(params.pixel_rate_hz)
 }

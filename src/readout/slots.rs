@@ -18,7 +18,7 @@ pub struct Slot {
     pub offset_lines: u64,
 }
 
-/// The slots of a frame whose longest exposure is so many lines.
+/// The slots of a frame whose longest exposure has the given lines.
 pub(super) fn slots(exposure_lines: u64, params: &ReadoutParams) -> Vec<Slot> {
     let mut slots = vec![Slot { exposure_lines, offset_lines: 0 }];
     let Hdr::MultiExposure { exposures, ratio } = params.hdr else { return slots };
@@ -53,7 +53,7 @@ impl FrameDemand {
     }
 }
 
-/// The demand of these slots. `reads` lines are read in each, and slot 0 lasts so many clocks beyond its whole lines.
+/// The demand of these slots. `reads` lines are read in each, and slot 0 lasts `fine_clk` clocks beyond its whole lines.
 pub(super) fn frame_demand(slots: &[Slot], reads: u32, fine_clk: u32, params: &ReadoutParams) -> FrameDemand {
     let (count, last) = (crate::num::u64_from(slots.len()), slots[slots.len() - 1]);
     let margin = u64::from(params.exposure_margin_lines);
@@ -64,7 +64,7 @@ pub(super) fn frame_demand(slots: &[Slot], reads: u32, fine_clk: u32, params: &R
     }
 }
 
-/// The longest slot 0 in whole lines, with so many clocks beyond them, that a frame of so many lines holds; 0 where it holds none.
+/// The longest slot 0 in whole lines, with the given clocks beyond them, that a frame holds; 0 where it holds none.
 pub(super) fn longest_exposure(frame_lines: u64, reads: u32, fine_clk: u32, params: &ReadoutParams) -> u64 {
     let fits = |lines| frame_demand(&slots(lines, params), reads, fine_clk, params).lines() <= frame_lines;
     // Demands grow with the exposure, so halving finds the last that fits.

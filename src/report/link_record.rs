@@ -38,6 +38,6 @@ pub struct LinkRecord {
     pub fifo_rows_most: u32,
     /// From the reading of the last row to the last feature byte, the longest of the run.
     pub feature_latency_us: Option<f64>,
-    /// Features that left the extractor and found no time on the link before the next frame; they are not in the run's features.
+    /// Features that left the extractor and that the link had no time for before the next frame; they are not in the run's features.
     pub features_dropped: u64,
 }

@@ -28,7 +28,7 @@ pub struct CameraFrame {
     pub electrons: Option<Plane<f32>>,
     /// Codes as they leave the readout.
     pub codes: Plane<u16>,
-    /// Features that the sensor sends: those of its extractor less the ones that found no time on the link. Where the link carries no
+    /// Features that the sensor sends: those of its extractor less those that the link had no time for. Where the link carries no
     /// features, those of the host's extractor.
     pub features: Vec<Feature>,
     /// The clock in which each of them leaves it, from the frame's first pixel; empty where the host extracts.

@@ -70,7 +70,7 @@ pub(super) struct LinkTotals {
     pub slowest: Option<SentFrame>,
     /// The same of the last frame alone.
     pub frame_latency_s: f64,
-    /// Features that left the extractor and found no time on the link before the next frame.
+    /// Features that left the extractor and that the link had no time for before the next frame.
     pub features_dropped: u64,
     /// Frames of a camera that lost some so.
     pub frames_dropping: u64,
@@ -105,8 +105,8 @@ impl LinkTotals {
         let (features, frames) = (self.features_dropped, self.frames_dropping);
         if features > 0 {
             warnings.add(format!(
-                "{features} features of {frames} frames of a camera found no time on the link before the next frame and were dropped; a \
-                 lower compute.target_features (0 sets no limit), a faster link or a longer frame would carry them"
+                "{features} features in {frames} camera frames were dropped, because the link had no time for them before the next frame; a \
+                 lower compute.target_features (0 sets no limit), a faster link or a longer frame avoids that"
             ));
         }
     }

@@ -145,7 +145,7 @@ impl Session {
     /// The host's side of the link: from bytes to what the tracker may know. Fails on a picture that the host's own extractor refuses.
     pub(super) fn receive(&mut self, packets: &[Vec<u8>]) -> Result<HostFrame, Error> {
         let mut received = Vec::with_capacity(packets.len());
-        // Who gets features does not look at the pictures beside them.
+        // If features arrive, the pictures beside them are not decoded.
         let features_come = self.setup.sensor.link.mode.sends_features();
         for bytes in packets {
             let decoded = if features_come { link::decode_without_pictures(bytes) } else { link::decode(bytes) };

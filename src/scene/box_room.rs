@@ -66,7 +66,7 @@ pub(super) fn luminous_ceiling(mesh: &mut Mesh) {
     mesh.append_quad(lamp, [[x0, y, z0], [x1, y, z0], [x1, y, z1], [x0, y, z1]], [1.0, 1.0]);
 }
 
-/// A face of the room with a picture of so many texels a metre by a pattern.
+/// A face of the room with a picture by a pattern, at the given texels per metre.
 pub(super) fn textured_quad(
     mesh: &mut Mesh,
     key: DrawKey,
@@ -131,7 +131,7 @@ fn draw(key: DrawKey, number: u64, limit: u32) -> i32 {
     i32::try_from(low_u32(key.with(number).0 >> 16) % limit).expect("limits here are small")
 }
 
-/// Draws of 0..256 at the corners of cells of so many texels: each once, although many texels lie between them.
+/// Draws of 0..256 at the corners of square cells of the given texels: each once, although many texels lie between them.
 struct Corners<const CELL: u32> {
     across: usize,
     draws: Vec<i32>,

@@ -86,7 +86,7 @@ impl Builder {
         }
     }
 
-    /// A smooth patch of so many columns and rows: `at` takes two shares from 0 to 1.
+    /// A smooth patch of the given columns and rows: `at` takes two shares from 0 to 1.
     pub fn patch(&mut self, surface: Surface, [columns, rows]: [u32; 2], at: &dyn Fn(f32, f32) -> Vertex) {
         let mut vertices = Vec::new();
         for row in 0..=rows {

@@ -259,7 +259,7 @@ impl Environment {
     }
 }
 
-/// The sun's disc has at least so many points: as many steps in a penumbra, each 6 % of it.
+/// The sun's disc has at least this many points, which are as many steps in a penumbra, each 6 % of it.
 const SUN_POINTS_MIN: usize = 16;
 
 fn sun_solid_angle() -> f64 {

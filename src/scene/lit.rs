@@ -1,7 +1,7 @@
 //! A scene with its light in absolute units. Computes the exitance toward a ray.
 //!
 //! Light is carried as lux-equivalents a band: the exitance (or pi times radiance) that white light of the illuminant has at
-//! so many lux. A white surface under 1 lux of the illuminant has exitance (1, 1, 1).
+//! the same number of lux. A white surface under 1 lux of the illuminant has exitance (1, 1, 1, 1).
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 

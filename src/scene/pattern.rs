@@ -51,7 +51,7 @@ pub fn masonry(wall: &Masonry) -> Texture {
     })
 }
 
-/// Ground or plaster: clouds and grains about one colour, with stains of so many code values.
+/// Ground or plaster: clouds and grains about one colour, with stains of the given code values.
 pub fn ground(number: u64, colour: [i32; 3], grain: i32, stains: i32) -> Texture {
     let key = DrawKey::root(number).with(0x6772_6F75);
     painted(|x, y| {
@@ -158,7 +158,7 @@ fn cloud(key: DrawKey, x: u32, y: u32) -> i32 {
     noise(key, x, y, 64) / 2 + noise(key.with(1), x, y, 16) * 3 / 10 + noise(key.with(2), x, y, 4) / 5
 }
 
-/// Noise of -128..=127 with cells of so many texels, linear between draws at the cells' corners; it tiles.
+/// Noise of -128..=127 with square cells of the given texels, linear between draws at the cells' corners; it tiles.
 fn noise(key: DrawKey, x: u32, y: u32, cell: u32) -> i32 {
     let cells = EDGE / cell;
     let at = |x: u32, y: u32| {

@@ -112,7 +112,7 @@ impl ShadeTriangle {
         grid.chain(corners.into_iter().flatten()).flat_map(|sample| [(0, sample), (1, sample)])
     }
 
-    /// The sample of a grid at so many steps from its first corner towards the second and towards the third.
+    /// The sample of a grid at the given steps from its first corner towards the second and towards the third.
     #[inline(always)]
     pub fn grid_sample(&self, column: u32, row: u32) -> u32 {
         self.samples[0] + grid_place(self.grid_steps, column, row)

@@ -377,7 +377,7 @@ impl Plain {
     }
 }
 
-/// The texel, of so many, that stands at a place of a row with its rim.
+/// The texel, of `count`, at a place of a row with its rim.
 fn within_rim(place: u32, count: u32, wrap: Wrap) -> u32 {
     match (wrap, place) {
         (Wrap::Repeat, 0) => count - 1,

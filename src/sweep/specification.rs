@@ -112,7 +112,7 @@ impl Specification {
         }
     }
 
-    /// What so many runs say.
+    /// What the given runs say.
     pub fn judge(&self, met: u64, runs: u64) -> SpecificationJudgement {
         let verdict = self.verdict(met, runs);
         let further = (verdict == SequentialVerdict::Open).then(|| {

@@ -100,7 +100,7 @@ named! {
 }
 
 impl SequentialTest {
-    /// Logarithm of the likelihood ratio after so many runs.
+    /// Logarithm of the likelihood ratio after the given runs.
     fn log_ratio(&self, met: u64, runs: u64) -> f64 {
         let (met, missed) = (f64_from_u64(met), f64_from_u64(runs - met));
         let of = |count: f64, good: f64, poor: f64| {

@@ -21,7 +21,7 @@ use crate::units::CameraIndex;
 
 /// Search radius around a prediction corrected by the vote: one bin, and the remaining effect of translation and roll.
 pub const NARROW_PX: f64 = 6.0;
-/// The narrow search must find one in so many of the last frame's matches.
+/// The narrow search must find one in this many of the last frame's matches.
 const NARROW_SHARE: u32 = 2;
 /// Radius of the second search, around places predicted by the refined pose.
 const SECOND_RADIUS_PX: f64 = 4.0;

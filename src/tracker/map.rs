@@ -23,7 +23,7 @@ const OUTLIER_SIGMAS2: f64 = 13.8;
 const HOLDING_OBSERVATIONS_MIN: usize = 30;
 /// A keyframe may be thinned out where at least this share of its sightings is made by three others too.
 const THINNED_SHARE_MIN: f64 = 0.5;
-/// A landmark must prove itself within so many keyframes.
+/// A landmark must prove itself within this many keyframes.
 const PROBATION_KEYFRAMES: u32 = 3;
 
 /// A landmark seen by a camera at a keyframe.

@@ -116,6 +116,6 @@ impl TrackerParams {
     }
 }
 
-/// The noise of places is never taken for more than this many times the given one; where the start was proved by several views, for so many
-/// times what these have shown: to a place's own noise comes as much of its landmark's and of the pose.
+/// The noise of places is never taken for more than this many times the given one; where the start was proved by several views, for as many
+/// times what these have shown: the noise of its landmark and of the pose adds as much as its own.
 pub const UNPROVEN_NOISE: f64 = 4.0;

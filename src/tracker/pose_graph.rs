@@ -19,7 +19,7 @@ pub use blocks::Vector7;
 pub enum RobustKernel {
     /// Fully: for edges that cannot be wrong, like odometry.
     Full,
-    /// Huber's, linear beyond so many sigmas.
+    /// Huber's, linear beyond this many sigmas.
     Huber(f64),
     /// Switchable: beyond `phi` in sigmas squared, an edge's pull fades to nothing (dynamic covariance scaling, Agarwal
     /// et al. 2013, as the kernel that MacTavish and Barfoot 2015 give for it). For loops, of which one may be false.

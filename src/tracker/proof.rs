@@ -248,7 +248,7 @@ impl Hypothesis<'_> {
     }
 }
 
-/// Drops every other of more than so many.
+/// Drops every other element of a list longer than `most`.
 pub fn thin<T>(list: &mut Vec<T>, most: usize) {
     if list.len() > most {
         let mut number = 0_usize;

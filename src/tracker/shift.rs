@@ -19,7 +19,7 @@ use crate::tracker::sweep::Moving;
 const BIN_PX: f64 = 2.0;
 const REACH_BINS: i32 = 16;
 const SIDE_BINS: i32 = 2 * REACH_BINS + 1;
-/// Least number of votes in a bin and its neighbours, and least share of all votes (one in so many), for a clear result.
+/// Least number of votes in a bin and its neighbours, and least share of all votes (one in this many), for a clear result.
 const VOTES_MIN: u32 = 20;
 const VOTES_SHARE: u32 = 4;
 

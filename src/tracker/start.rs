@@ -26,14 +26,14 @@ use crate::tracker::tracks::{Tracks, median_step_px};
 const PARALLAX_RAD_MIN: f64 = 0.04;
 /// Pairs that the opening picture must keep, as a multiple of the landmarks that a start needs.
 const PAIRS_FACTOR: usize = 2;
-/// A start needs at least one of so many pairs as a point.
+/// A start needs a point from at least one in this many pairs.
 const POINTS_SHARE: usize = 2;
 /// The rig's scale must be known to this share.
 const SCALE_SIGMA_MAX: f64 = 0.05;
-/// Before a body that moves is known to, a turn between neighbouring frames explains its pairs to so many sigmas only.
+/// Until the body is known to move, a turn between neighbouring frames explains its pairs to this many sigmas only.
 const TURN_SIGMAS: f64 = 4.0;
 
-/// A view between the two is kept where the corners have moved so far since the last one, and so many at most.
+/// A view between the two is kept where the corners have moved this far since the last one, up to this many.
 const BETWEEN_STEP_PX: f64 = 4.0;
 const BETWEEN_MAX: usize = 12;
 

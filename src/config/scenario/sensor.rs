@@ -51,8 +51,7 @@ sections! {
         /// "mono", or the pattern of colour filters: "RGGB", "RCCB", rows apart by slashes up to 4 x 4 ("BGRG/GIGI/RGBG/GIGI").
         cfa: String,
         /// Efficiency behind each filter by its letter: [600-700, 500-600, 400-500 nm] or the same and [.., 700-1000
-        /// nm], 0 to 1. A monochrome
-        /// array has the letter M, or `quantum_efficiency`.
+        /// nm], 0 to 1. A monochrome array has the letter M, or `quantum_efficiency`.
         qe_by_filter: Option<std::collections::BTreeMap<String, Vec<f64>>>,
         /// Share of the pixel that collects light, 1e-6 to 1.
         fill_factor: f64,
@@ -230,7 +229,7 @@ sections! {
         exposure_lines_max: Option<u32>,
         /// Of the automatic exposure: greatest gain of the ramp, to 1000.
         gain_max: f64,
-        /// Exposure and gain written in a frame act so many frames later, 0 to 8.
+        /// Frames after which exposure and gain that are written act, 0 to 8.
         register_latency_frames: u32,
         /// Part of the array that is read: x, y, width, height in array pixels; not written: all of it.
         window: Option<[u32; 4]>,

@@ -112,7 +112,7 @@ impl WindowLayout {
     }
 }
 
-/// Means of sums over so many codes, halves up.
+/// Means of sums over a given number of codes, halves up.
 pub(super) fn means(sums_dn: &[u32], count: u32, codes: &mut [u16]) {
     for (code, &sum_dn) in codes.iter_mut().zip(sums_dn) {
         *code = low_u16((sum_dn + count / 2) / count);

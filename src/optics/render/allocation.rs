@@ -94,7 +94,7 @@ fn contrast(seen: &[FirstBatch], width: usize, [x, y]: [usize; 2]) -> (f32, f32)
 /// Sigmas above saturation at which a pixel surely is.
 const SURE_SIGMAS: f32 = 3.0;
 
-/// Whether a pixel that seems to have so many photons, with about this variance, may be lit and below saturation.
+/// Whether a pixel with these estimates of photons and variance may be lit and below saturation.
 pub fn may_count(photons: f32, variance: f32, saturation_photons: f32) -> bool {
     (photons > 0.0 || variance > 0.0) && photons - SURE_SIGMAS * variance.sqrt() < saturation_photons
 }

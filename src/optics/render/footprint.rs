@@ -16,11 +16,11 @@ use crate::scene::texture::{Footprint, TAPS_MAX};
 pub enum Look {
     /// Towards the middle, as far as shares say: where in the pixel and in the exposure each sample lies, from -1/2 to 1/2.
     Inwards([Floats; 3]),
-    /// So many pixels to the right, and down.
+    /// Pixels to the right, and down.
     By([Floats; 2]),
 }
 
-/// A look-up averages over this many pixels of the motion at most, because it has so many taps only: beyond, the share of the motion
+/// A look-up averages over this many pixels of the motion at most, because its number of taps is bounded: beyond, the share of the motion
 /// that a sample stands for falls as the motion grows.
 const TRAVEL_PX_MAX: f32 = 5.0;
 

@@ -244,7 +244,7 @@ fn seeds(key: DrawKey) -> [u32; 3] {
     [key.0, key.0 >> 32, mix(key.0)].map(low_u32)
 }
 
-/// The share of the width that each of so many samples stands for.
+/// The share of the width that each of `samples` samples stands for.
 pub fn share(samples: u32) -> f32 {
     1.0 / f32_from_u32(samples).sqrt()
 }

@@ -12,7 +12,7 @@ use crate::report::trajectory_figures;
 
 const FPS: f64 = 30.0;
 
-/// A run along a curve whose estimate is off by independent errors of so many metres an axis.
+/// A run along a curve whose estimate is off by independent errors of the given metres per axis.
 fn run(folder: &str, frames: usize, sigma_m: f64, shared_noise: f64, number: u64) -> FinishedRun {
     let key = |place: usize, of: u64| DrawKey::root(of).with(u64_from(place));
     // Uniform in -1..1, times the root of three: unit variance.

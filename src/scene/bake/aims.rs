@@ -32,7 +32,7 @@ pub struct Aims {
 }
 
 impl Aims {
-    /// At lamps and bright directions, along so many rays.
+    /// At lamps and bright directions, along the given number of rays.
     pub fn new(scene: &Scene, lamp_rays: usize, rays: usize) -> Self {
         let mut far = scene.environment.as_ref().map_or_else(Vec::new, |environment| environment.aims(lamp_rays));
         far.extend(scene.mesh.distant.iter().map(|light| light.points(lamp_rays / 4).collect()));
@@ -52,7 +52,7 @@ impl Aims {
         )
     }
 
-    /// Every so many-th of these aims, 16 at most.
+    /// Every n-th of these aims, 16 at most.
     pub fn thinned(&self) -> Self {
         let [lamps, bulbs] = [self.lamp_points.len(), self.bulb_points.len()];
         let total = lamps + bulbs + self.distant.len();
@@ -80,7 +80,7 @@ impl Aims {
         self.lamp_points.is_empty() && self.bulb_points.is_empty() && self.distant.is_empty()
     }
 
-    /// Rays of a sample with so many sides.
+    /// Rays of a sample with the given number of sides.
     pub fn rays(&self, sides: usize) -> usize {
         self.lamp_points.len() + self.bulb_points.len() + self.distant.len() + sides * self.fan.len()
     }

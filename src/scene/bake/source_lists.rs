@@ -80,7 +80,7 @@ impl SourceLists {
         if lists.lights.is_empty() { Self::default() } else { lists }
     }
 
-    /// Whether the lists lie one behind another, belong to so many places, and name sources that there may be.
+    /// Whether the lists lie one behind another, belong to the given number of places, and name existing sources.
     pub(super) fn is_sound(&self, places: usize) -> bool {
         let ends_there = match (self.starts.first(), self.starts.last()) {
             (None, None) => self.lights.is_empty(),

@@ -34,7 +34,7 @@ fn number(word: &[u8], kind: DataType, is_share: bool) -> f32 {
 }
 
 impl Buffers<'_> {
-    /// So many elements of so many bytes from a place in a view, each `stride` bytes after the one before.
+    /// `count` elements of `bytes` bytes from a place in a view, each `stride` bytes after the one before.
     fn spaced(
         &self,
         what: &str,

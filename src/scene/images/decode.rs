@@ -255,7 +255,7 @@ fn exr_channels(name: &str, bytes: &[u8]) -> Result<Vec<crate::picture::Channel>
     crate::picture::from_exr(name, bytes)
 }
 
-/// Depth from a separate file: a grey 16-bit PNG of so many steps a metre (0: nothing seen), or channel Z or Y of an OpenEXR file in
+/// Depth from a separate file: a grey 16-bit PNG with the given steps per metre (0: nothing seen), or channel Z or Y of an OpenEXR file in
 /// metres. Fails on a file that is damaged, or holds something else.
 pub fn depth_m(name: &str, bytes: &[u8], steps_per_m: f64) -> Result<Plane<f32>, Error> {
     match PictureFormat::of(name, bytes)? {

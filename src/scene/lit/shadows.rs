@@ -126,7 +126,7 @@ impl Towards {
         (self.is_far.0[lane], self.is_source.0[lane]) = (one.is_far.0[lane], one.is_source.0[lane]);
     }
 
-    /// Whether sources may give places more than so many lux.
+    /// Whether sources may give places more than the given lux.
     #[inline(always)]
     pub fn may_give(&self, at_m: &Vectors, lux: f32) -> Mask {
         let way_m = unrolled!(AXIS in 3 => self.place[AXIS] - at_m[AXIS]);

@@ -175,7 +175,7 @@ pub fn point_sources(wish: &Wish) -> Result<Scene, Error> {
     let side = f64_from_usize(DISC_SIDES);
     let radius_m = 0.5 * point_m;
     let area_m2 = 0.5 * side * radius_m * radius_m * libm::sin(std::f64::consts::TAU / side);
-    // `evenly_lit` makes one unit of emission a luminance of so many cd/m^2 as there are lux.
+    // `evenly_lit` makes one unit of emission a luminance of as many cd/m^2 as there are lux.
     let emission = intensity_cd / (area_m2 * wish.illuminance_lux);
     let material = &mut board.mesh.materials[crate::num::index(glow)];
     (material.emission, material.double_sided) = ([f32_nearest(emission); BANDS], false);
