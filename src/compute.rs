@@ -169,7 +169,7 @@ impl Extractor {
         self.frame(codes, bits, (1, 1), (&mut AtOnce, &mut AlwaysReady), &mut Events::default())
     }
 
-    fn of_words<W: Word + rtl_models::fx_front_rows::Word>(
+    fn of_words<W: Word + rtl_models::fx_front_rows::PixelWord>(
         &mut self,
         params: &ExtractorParams,
         picture: Plane<W>,

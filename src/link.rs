@@ -28,7 +28,7 @@ pub use lanes::{distribute, merge, serial_bits};
 pub use pack::{FrameOut, pack_frame, pack_row};
 pub use packet::{CRC_BYTES, HEADER_BYTES, frame_number};
 pub use params::{LinkParams, Mode, WhenFull};
-pub use plan::{Batch, FramePlan, Packet, after_the_rows, by_cell_row, by_row, evenly};
+pub use plan::{Batch, FramePlan, PlannedPacket, after_the_rows, by_cell_row, by_row, evenly};
 pub use raw::RawKind;
 pub use receive::{Decoded, Decoder, LinkCounts, Received, decode, decode_without_pictures};
 pub use records::{FEATURE_BYTES, FEATURE_HEADER_BYTES, FEATURES_PER_PACKET_MAX};

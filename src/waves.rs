@@ -18,7 +18,7 @@ mod selection;
 mod signals;
 
 pub use selection::{Asked, Selection};
-pub use signals::{Change, Signal, SignalId, SignalKind, Value, Waves};
+pub use signals::{Signal, SignalChange, SignalId, SignalKind, Value, Waves};
 
 use crate::adc::{Cds, Columns, Converter};
 use crate::effects::chain::RowSamples;

@@ -8,7 +8,7 @@ use cases::Random;
 use front_pictures::{KINDS, committed, made};
 use front_reference::{Buffers, Event, Picture, Reference, events_of};
 use rtl_models::fx_front::{DRAIN, FRONT_LATENCY, FxFront, FxFrontConfig, FxFrontIn};
-use rtl_models::fx_front_rows::{FrontRows, FrontRowsMemory, FrontSink, RowCorner, RowDone, Word};
+use rtl_models::fx_front_rows::{FrontRows, FrontRowsMemory, FrontSink, PixelWord, RowCorner, RowDone};
 use sensel::compute::fast9;
 use sensel::plane::Plane;
 use sensel::units::Size;
@@ -101,7 +101,7 @@ struct Collected {
     events: Vec<(u64, Event)>,
 }
 
-impl<T: Word> FrontSink<T> for Collected {
+impl<T: PixelWord> FrontSink<T> for Collected {
     fn corner(&mut self, corner: &RowCorner) {
         self.corners.push(*corner);
     }
@@ -131,7 +131,11 @@ impl Collected {
     }
 }
 
-fn rows_equal<T: Word + std::fmt::Debug>(config: &FxFrontConfig, pictures: &[Picture], thresholds: &[u16]) -> usize {
+fn rows_equal<T: PixelWord + std::fmt::Debug>(
+    config: &FxFrontConfig,
+    pictures: &[Picture],
+    thresholds: &[u16],
+) -> usize {
     let words = FrontRows::<T>::words(config);
     let width = usize::try_from(config.max_width).unwrap();
     let narrow = |value: u16| T::try_from(value).ok().unwrap();

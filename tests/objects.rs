@@ -11,7 +11,7 @@ use sensel::optics::{
     Aperture, Camera, Exposure, Pupil, RollOff, Sampling, photon_bounds, render, render_fixed, render_over,
 };
 use sensel::pose::{Pose, TimedPose};
-use sensel::scene::animation::Chain;
+use sensel::scene::animation::JointChain;
 use sensel::scene::mesh::{Material, Mesh};
 use sensel::scene::motion::{KNOT_S, Motion, PlacedSpline, Spline};
 use sensel::scene::object::{DynamicScene, MovingObject, ObjectMotion};
@@ -74,7 +74,7 @@ fn along(pose: impl Fn(f64) -> Pose) -> Motion {
 }
 
 fn object(shape: Scene, motion: Motion, fixed: &LitScene) -> MovingObject {
-    let motion = ObjectMotion { motion, looks_ahead: false, chain: Chain::default() };
+    let motion = ObjectMotion { motion, looks_ahead: false, chain: JointChain::default() };
     MovingObject::new(("board", 1), shape, motion, fixed, RUN).unwrap()
 }
 

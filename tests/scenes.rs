@@ -78,7 +78,7 @@ fn round_surfaces_of_the_hall_have_smooth_normals_of_unit_length() {
 #[test]
 fn leaves_of_the_street_are_cut_out_and_let_light_through() {
     let scene = made("street");
-    let told = |block: &sensel::scene::bvh::Block| {
+    let told = |block: &sensel::scene::bvh::TriangleBlock| {
         let (bits, triangles) = (block.cut_out, block.triangle);
         triangles.into_iter().enumerate().filter(move |(slot, _)| bits >> slot & 1 == 1).map(|(_, triangle)| triangle)
     };

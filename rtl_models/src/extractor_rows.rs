@@ -11,7 +11,7 @@ use crate::fx_back::{
 };
 use crate::fx_config::FRONT_LATENCY;
 use crate::fx_front::DRAIN;
-use crate::fx_front_rows::{FrontRows, FrontRowsMemory, FrontSink, RowCorner, RowDone, Word};
+use crate::fx_front_rows::{FrontRows, FrontRowsMemory, FrontSink, PixelWord, RowCorner, RowDone};
 
 /// The extractor's environment: when pixels are offered and records are taken. Clock 0 is the first after reset.
 pub trait ExtractorHost {
@@ -59,7 +59,7 @@ pub const fn row_corners(max_width: u32) -> usize {
     max_width as usize / 2 + 1
 }
 
-impl<'a, T: Word> ExtractorRows<'a, T> {
+impl<'a, T: PixelWord> ExtractorRows<'a, T> {
     /// After a reset that left this threshold where there is a target. `corners` holds `row_corners`. Panics on parameters out of
     /// range or memories of another size.
     pub fn new(
@@ -129,7 +129,7 @@ struct Sink<'s, 'a, S> {
     used: usize,
 }
 
-impl<T: Word, S: ExtractorHost> FrontSink<T> for Sink<'_, '_, S> {
+impl<T: PixelWord, S: ExtractorHost> FrontSink<T> for Sink<'_, '_, S> {
     fn corner(&mut self, corner: &RowCorner) {
         self.corners[self.used] = *corner;
         self.used += 1;

@@ -16,19 +16,19 @@ const KEPT_ROWS: usize = 8;
 const BLOCK_PX: usize = 32;
 
 /// A pixel's word: `u8` where 8 bits do.
-pub trait Word: Copy + Default + Ord + Into<u16> + TryFrom<u16> {
+pub trait PixelWord: Copy + Default + Ord + Into<u16> + TryFrom<u16> {
     /// The difference, 0 if negative.
     fn less(self, other: Self) -> Self;
 }
 
-impl Word for u8 {
+impl PixelWord for u8 {
     #[inline(always)]
     fn less(self, other: Self) -> Self {
         self.saturating_sub(other)
     }
 }
 
-impl Word for u16 {
+impl PixelWord for u16 {
     #[inline(always)]
     fn less(self, other: Self) -> Self {
         self.saturating_sub(other)
@@ -109,12 +109,12 @@ fn number(value: usize) -> u32 {
 }
 
 #[inline(always)]
-fn word<T: Word>(value: u32) -> T {
+fn word<T: PixelWord>(value: u32) -> T {
     let narrow = u16::try_from(value).ok().and_then(|value| T::try_from(value).ok());
     narrow.unwrap_or_default()
 }
 
-impl<'a, T: Word> FrontRows<'a, T> {
+impl<'a, T: PixelWord> FrontRows<'a, T> {
     /// Words of a row of each octave.
     pub const fn words(config: &FxFrontConfig) -> usize {
         line_words(config.max_width, config.octaves)
@@ -298,7 +298,7 @@ impl<'a, T: Word> FrontRows<'a, T> {
 
 /// Differences of the middle one of seven rows; 0 within three pixels of the ends.
 #[inline(always)]
-fn difference_row<T: Word>(rows: &[&[T]; 7], out: &mut [T]) {
+fn difference_row<T: PixelWord>(rows: &[&[T]; 7], out: &mut [T]) {
     let (width, inner) = (out.len(), out.len() - 6);
     out[..3].fill(T::default());
     out[width - 3..].fill(T::default());
@@ -326,7 +326,7 @@ fn block<T>(row: &[T], x: usize) -> &[T; BLOCK_PX] {
 }
 
 #[inline(always)]
-fn lower<T: Word>(a: &[T; BLOCK_PX], b: &[T; BLOCK_PX]) -> [T; BLOCK_PX] {
+fn lower<T: PixelWord>(a: &[T; BLOCK_PX], b: &[T; BLOCK_PX]) -> [T; BLOCK_PX] {
     let mut found = [T::default(); BLOCK_PX];
     for i in 0..BLOCK_PX {
         found[i] = a[i].min(b[i]);
@@ -335,7 +335,7 @@ fn lower<T: Word>(a: &[T; BLOCK_PX], b: &[T; BLOCK_PX]) -> [T; BLOCK_PX] {
 }
 
 #[inline(always)]
-fn higher<T: Word>(a: &[T; BLOCK_PX], b: &[T; BLOCK_PX]) -> [T; BLOCK_PX] {
+fn higher<T: PixelWord>(a: &[T; BLOCK_PX], b: &[T; BLOCK_PX]) -> [T; BLOCK_PX] {
     let mut found = [T::default(); BLOCK_PX];
     for i in 0..BLOCK_PX {
         found[i] = a[i].max(b[i]);
@@ -345,7 +345,7 @@ fn higher<T: Word>(a: &[T; BLOCK_PX], b: &[T; BLOCK_PX]) -> [T; BLOCK_PX] {
 
 /// The network of `FxFast` for a block of pixels.
 #[inline(always)]
-fn arc_differences<T: Word>(circle: &[&[T; BLOCK_PX]; 16], centre: &[T; BLOCK_PX]) -> [T; BLOCK_PX] {
+fn arc_differences<T: PixelWord>(circle: &[&[T; BLOCK_PX]; 16], centre: &[T; BLOCK_PX]) -> [T; BLOCK_PX] {
     let nothing = [T::default(); BLOCK_PX];
     let (mut low_2, mut high_2) = ([nothing; 8], [nothing; 8]);
     for k in 0..8 {
@@ -375,7 +375,7 @@ fn arc_differences<T: Word>(circle: &[&[T; BLOCK_PX]; 16], centre: &[T; BLOCK_PX
 
 /// Column sums of seven rows, then the row's weighted means.
 #[inline(always)]
-fn smooth_row<T: Word>([a, b, c, d, e, f, g]: &[&[T]; 7], sums: &mut [u32], out: &mut [T]) {
+fn smooth_row<T: PixelWord>([a, b, c, d, e, f, g]: &[&[T]; 7], sums: &mut [u32], out: &mut [T]) {
     let (width, inner) = (sums.len(), out.len());
     let (a, b, c, d, e, f, g) =
         (&a[..width], &b[..width], &c[..width], &d[..width], &e[..width], &f[..width], &g[..width]);

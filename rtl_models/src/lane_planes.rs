@@ -58,7 +58,7 @@ fn mark_plane(plane: &mut [u64], from: u64, to: u64, period: u64) {
 }
 
 /// Appends bits to a plane in the order of time, a whole word at once.
-struct Writer<'a> {
+struct PlaneWriter<'a> {
     plane: &'a mut [u64],
     word: usize,
     gathered: u64,
@@ -67,7 +67,7 @@ struct Writer<'a> {
     toggles: u64,
 }
 
-impl<'a> Writer<'a> {
+impl<'a> PlaneWriter<'a> {
     fn new(plane: &'a mut [u64], clock: u64) -> Self {
         let word = usize::try_from(clock / 64).expect("a clock of the plane");
         let room = 64 - u32::try_from(clock % 64).expect("below 64");
@@ -133,7 +133,7 @@ pub fn write_row(config: &LaneConfig, codes: &[u16], clock: u64, planes: &mut La
 
 #[inline(always)]
 fn write_lane<'a>(plane: &mut [u64], clock: u64, bits: u32, codes: impl Iterator<Item = &'a u16>) -> u64 {
-    let mut writer = Writer::new(plane, clock);
+    let mut writer = PlaneWriter::new(plane, clock);
     for &code in codes {
         writer.push(code.into(), bits);
     }

@@ -4,7 +4,7 @@
 use rtl_models::extractor_core::front_config;
 use rtl_models::extractor_rows::{ExtractorHost, ExtractorRows, row_corners};
 use rtl_models::fx_back::{self, CellList, Engine, FxBackConfig, FxBackMemory, FxSettings, Policy, QueuedCorner};
-use rtl_models::fx_front_rows::{FrontRows, FrontRowsMemory, RowCorner, Word};
+use rtl_models::fx_front_rows::{FrontRows, FrontRowsMemory, PixelWord, RowCorner};
 
 use super::back::Records;
 use super::feature::{Extracted, ExtractorCounts, Feature};
@@ -56,14 +56,14 @@ fn settings(params: &ExtractorParams) -> Result<FxSettings, Error> {
 }
 
 /// The world around the twin, and what left it.
-struct Around<'a> {
+struct FrameHost<'a> {
     pixels: &'a mut dyn Pixels,
     records: &'a mut dyn Records,
     features: Vec<Feature>,
     out_clk: Vec<u64>,
 }
 
-impl Around<'_> {
+impl FrameHost<'_> {
     fn extracted(self, given: &FrameResult, threshold: u16) -> Extracted {
         let found = &given.counts;
         let counts = ExtractorCounts {
@@ -79,7 +79,7 @@ impl Around<'_> {
     }
 }
 
-impl ExtractorHost for Around<'_> {
+impl ExtractorHost for FrameHost<'_> {
     fn offered_run(&mut self, first: u32, end: u32, y: u32, clk: u64) -> u64 {
         self.pixels.offered_run(first, end, y, clk)
     }
@@ -99,10 +99,10 @@ impl ExtractorHost for Around<'_> {
 struct WholeFrame<'k, 'm, 'a, T> {
     core: &'k mut ExtractorRows<'m, T>,
     pixels: &'k [T],
-    around: &'k mut Around<'a>,
+    around: &'k mut FrameHost<'a>,
 }
 
-impl<T: Word> Kernel for WholeFrame<'_, '_, '_, T> {
+impl<T: PixelWord> Kernel for WholeFrame<'_, '_, '_, T> {
     type Output = u64;
 
     #[inline(always)]
@@ -112,7 +112,7 @@ impl<T: Word> Kernel for WholeFrame<'_, '_, '_, T> {
 }
 
 /// What a frame gives at a threshold, and the threshold of the next. Fails on a target that the register does not hold.
-pub(super) fn frame<T: Word>(
+pub(super) fn frame<T: PixelWord>(
     params: &ExtractorParams,
     threshold: u16,
     picture: &Plane<T>,
@@ -131,7 +131,7 @@ pub(super) fn frame<T: Word>(
     let back = FxBackMemory { lists: &mut lists, ring: &mut ring, queue: &mut queue, engines: &mut engines };
     let mut corners = vec![RowCorner::default(); row_corners(config.max_width)];
     let mut core = ExtractorRows::new(config, settings, threshold, (memory, back, &mut corners));
-    let mut around = Around { pixels, records, features: Vec::new(), out_clk: Vec::new() };
+    let mut around = FrameHost { pixels, records, features: Vec::new(), out_clk: Vec::new() };
     let end_clk = dispatch(WholeFrame { core: &mut core, pixels: picture.values(), around: &mut around });
     let not_ready_clk = core.not_ready();
     core.finish(&mut around);
@@ -149,7 +149,7 @@ pub(super) fn frame_in<T: super::word::Word>(
 ) -> Result<(Extracted, u16), Error> {
     let (hardware, settings) = (params.hardware(picture.size()), settings(params)?);
     let words = picture.map(|word| low_u16(word.into()));
-    let mut around = Around { pixels, records, features: Vec::new(), out_clk: Vec::new() };
+    let mut around = FrameHost { pixels, records, features: Vec::new(), out_clk: Vec::new() };
     let given =
         simulator.frame(&FrameRequest { hardware, settings, threshold, pixels: words.values() }, &mut around)?;
     Ok((around.extracted(&given, threshold), given.threshold))

@@ -266,12 +266,12 @@ mod tests {
     use crate::draw::EffectNumber;
     use crate::effect::{Domain, Identity, RowPass};
 
-    struct Sample {
+    struct SampleEffect {
         name: &'static str,
         omission: Option<Omission>,
     }
 
-    impl Effect for Sample {
+    impl Effect for SampleEffect {
         fn identity(&self) -> Identity {
             Identity { name: self.name, number: EffectNumber(0), domain: Domain::Electrons }
         }
@@ -304,7 +304,7 @@ mod tests {
     }
 
     fn sample(name: &'static str, bias_e: f64, variance_e2: f64) -> Box<dyn Effect> {
-        Box::new(Sample { name, omission: Some(Omission { bias_e, variance_e2 }) })
+        Box::new(SampleEffect { name, omission: Some(Omission { bias_e, variance_e2 }) })
     }
 
     fn auto() -> EffectChoice {
@@ -339,7 +339,7 @@ mod tests {
     #[test]
     fn an_effect_without_a_bound_stays() {
         let unknown: Vec<Box<dyn Effect>> =
-            vec![Box::new(Sample { name: "x", omission: None }), sample("n", f64::NAN, 0.0)];
+            vec![Box::new(SampleEffect { name: "x", omission: None }), sample("n", f64::NAN, 0.0)];
         assert_eq!(plan(unknown, &[region(1e9)], 0.1, &auto()).kept.len(), 2);
     }
 

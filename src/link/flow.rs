@@ -12,7 +12,7 @@ use super::embedded::EMBEDDED_BYTES;
 use super::packet::{CRC_BYTES, HEADER_BYTES};
 use crate::error::Error;
 use crate::link::params::LinkParams;
-use crate::link::plan::Packet;
+use crate::link::plan::PlannedPacket;
 use crate::link::records::{self, FEATURE_BYTES, FEATURE_HEADER_BYTES, FEATURES_PER_PACKET_MAX};
 use crate::num::{index, u32_from, u64_from};
 use crate::units::Clocks;
@@ -56,7 +56,7 @@ impl RowPeriod {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sent {
     /// What it is.
-    pub packet: Packet,
+    pub packet: PlannedPacket,
     /// Header, payload and checksum.
     pub bytes: u64,
     /// The lanes leave LP-11.
@@ -116,13 +116,14 @@ impl Flow {
 
     /// From the reading of the last row to the last feature byte; none where features are not sent.
     pub fn feature_latency(&self) -> Option<Clocks> {
-        let last = self.sent.iter().rev().find(|sent| matches!(sent.packet, Packet::Features { .. }))?;
+        let last = self.sent.iter().rev().find(|sent| matches!(sent.packet, PlannedPacket::Features { .. }))?;
         Some(Clocks(last.data_end.0.saturating_sub(self.rows_end.0)))
     }
 
     /// From the reading of the last row to the start of the first burst of features behind it; none where there is none.
     pub fn features_behind_rows(&self) -> Option<Clocks> {
-        let is_behind = |sent: &&Sent| matches!(sent.packet, Packet::Features { .. }) && sent.start >= self.rows_end;
+        let is_behind =
+            |sent: &&Sent| matches!(sent.packet, PlannedPacket::Features { .. }) && sent.start >= self.rows_end;
         self.sent.iter().find(is_behind).map(|sent| Clocks(sent.start.0 - self.rows_end.0))
     }
 
@@ -145,19 +146,19 @@ impl LinkParams {
     }
 
     /// Bytes of a packet with header and checksum, where a row's payload has so many.
-    pub fn packet_bytes(&self, packet: Packet, row_payload_bytes: u64) -> u64 {
+    pub fn packet_bytes(&self, packet: PlannedPacket, row_payload_bytes: u64) -> u64 {
         let long = u64_from(HEADER_BYTES + CRC_BYTES);
         match packet {
-            Packet::FrameStart | Packet::FrameEnd | Packet::LineStart(_) => u64_from(HEADER_BYTES),
-            Packet::Embedded => u64_from(EMBEDDED_BYTES) + long,
-            Packet::Row(_) => row_payload_bytes + long,
-            Packet::Features { count, .. } => records::payload_bytes(count) + long,
+            PlannedPacket::FrameStart | PlannedPacket::FrameEnd | PlannedPacket::LineStart(_) => u64_from(HEADER_BYTES),
+            PlannedPacket::Embedded => u64_from(EMBEDDED_BYTES) + long,
+            PlannedPacket::Row(_) => row_payload_bytes + long,
+            PlannedPacket::Features { count, .. } => records::payload_bytes(count) + long,
         }
     }
 
     /// A frame's packets in time. `rows` are read one period apart; a row's payload has so many bytes; features are there when the row
     /// behind which they leave is read.
-    pub fn flow(&self, packets: &[Packet], rows: u32, row_payload_bytes: u64, period: RowPeriod) -> Flow {
+    pub fn flow(&self, packets: &[PlannedPacket], rows: u32, row_payload_bytes: u64, period: RowPeriod) -> Flow {
         self.flow_of_ready(packets, rows, row_payload_bytes, period, &[])
     }
 
@@ -165,34 +166,35 @@ impl LinkParams {
     /// last of its own at the earliest.
     pub fn flow_of_ready(
         &self,
-        packets: &[Packet],
+        packets: &[PlannedPacket],
         rows: u32,
         row_payload_bytes: u64,
         period: RowPeriod,
         ready: &[FeatureReady],
     ) -> Flow {
         let bytes = |packet| self.packet_bytes(packet, row_payload_bytes);
-        let in_front = packets.iter().take_while(|packet| matches!(packet, Packet::FrameStart | Packet::Embedded));
+        let in_front =
+            packets.iter().take_while(|packet| matches!(packet, PlannedPacket::FrameStart | PlannedPacket::Embedded));
         let lead = in_front.map(|&packet| self.burst_time(bytes(packet)).0).sum();
         let mut readout =
             Readout { lead, period, places: index(self.fifo_rows), free_at: VecDeque::new(), flow: Flow::default() };
         let mut link_free = 0;
         for &packet in packets {
             let there = match packet {
-                Packet::FrameStart | Packet::Embedded => 0,
-                Packet::LineStart(row) | Packet::Row(row) => readout.read(row),
-                Packet::Features { first, count, after_row, .. } => {
+                PlannedPacket::FrameStart | PlannedPacket::Embedded => 0,
+                PlannedPacket::LineStart(row) | PlannedPacket::Row(row) => readout.read(row),
+                PlannedPacket::Features { first, count, after_row, .. } => {
                     let own = ready.get(index(first)..index(first + count)).unwrap_or(&[]);
                     let whole = own.iter().map(|feature| readout.read_before(feature.row) + feature.after.0);
                     whole.fold(readout.read_before(after_row), u64::max)
                 }
-                Packet::FrameEnd => readout.read_before(rows.saturating_sub(1)),
+                PlannedPacket::FrameEnd => readout.read_before(rows.saturating_sub(1)),
             };
             let (start, bytes) = (there.max(link_free), bytes(packet));
             let data = start + self.burst_entry().0;
             let data_end = data + bytes.div_ceil(self.lanes.into());
             link_free = data_end + self.burst_exit().0;
-            if let Packet::Row(_) = packet {
+            if let PlannedPacket::Row(_) = packet {
                 readout.free_at.push_back(data_end);
             }
             let [start, data, data_end, end] = [start, data, data_end, link_free].map(Clocks);

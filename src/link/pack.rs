@@ -7,7 +7,7 @@ use crate::events::{Event, Events};
 use crate::link::embedded::{self, FrameMetadata, FrameShape};
 use crate::link::packet::{DataType, frame_number, push_long, push_short};
 use crate::link::params::LinkParams;
-use crate::link::plan::{Batch, FramePlan, Packet};
+use crate::link::plan::{Batch, FramePlan, PlannedPacket};
 use crate::link::records;
 use crate::num::{index, low_u16, u32_from, u64_from};
 use crate::plane::Plane;
@@ -34,7 +34,7 @@ pub struct FrameOut<'a> {
 
 impl FrameOut<'_> {
     /// The packets that `pack_frame` makes of it, for `LinkParams::flow` and `LinkParams::traffic_of`.
-    pub fn packets(&self, params: &LinkParams) -> Vec<Packet> {
+    pub fn packets(&self, params: &LinkParams) -> Vec<PlannedPacket> {
         let sends_codes = params.sends_codes_in(self.metadata.frame);
         let of_batches = self.batches.last().map_or(0, |batch| batch.after_row.saturating_add(1));
         let rows = self.codes.map_or(of_batches, |codes| codes.size().height_px);
@@ -89,23 +89,23 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    fn push(&self, packet: Packet, payload: &mut Vec<u8>, bytes: &mut Vec<u8>) {
+    fn push(&self, packet: PlannedPacket, payload: &mut Vec<u8>, bytes: &mut Vec<u8>) {
         let channel = self.frame.virtual_channel;
         match packet {
-            Packet::FrameStart => push_short(bytes, channel, DataType::FrameStart, self.number),
-            Packet::FrameEnd => push_short(bytes, channel, DataType::FrameEnd, self.number),
+            PlannedPacket::FrameStart => push_short(bytes, channel, DataType::FrameStart, self.number),
+            PlannedPacket::FrameEnd => push_short(bytes, channel, DataType::FrameEnd, self.number),
             // Heights are checked against 16 bits.
-            Packet::LineStart(row) => push_short(bytes, channel, DataType::LineStart, low_u16(row + 1)),
-            Packet::Embedded => {
+            PlannedPacket::LineStart(row) => push_short(bytes, channel, DataType::LineStart, low_u16(row + 1)),
+            PlannedPacket::Embedded => {
                 let payload = embedded::payload(&self.frame.metadata, &self.shape);
                 push_long(bytes, channel, DataType::Embedded, &payload);
             }
-            Packet::Row(row) => {
+            PlannedPacket::Row(row) => {
                 let codes = self.frame.codes.expect("rows are sent of frames with codes");
                 self.kind.pack(codes.row(index(row)), payload);
                 push_long(bytes, channel, DataType::Raw(self.kind), payload);
             }
-            Packet::Features { first, count, last, .. } => {
+            PlannedPacket::Features { first, count, last, .. } => {
                 let features = self.frame.features.expect("features are sent of frames with features");
                 let part = &features[index(first)..index(first + count)];
                 let payload = records::payload(self.frame.metadata.frame, first, part, last);

@@ -11,7 +11,7 @@ use crate::num::u32_from;
 
 /// A packet of a frame, without its bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Packet {
+pub enum PlannedPacket {
     /// Opens the frame.
     FrameStart,
     /// The line of embedded data.
@@ -64,21 +64,21 @@ struct Queue {
 }
 
 impl Queue {
-    fn packet(&mut self, most: u32, after_row: u32, ends: bool) -> Packet {
+    fn packet(&mut self, most: u32, after_row: u32, ends: bool) -> PlannedPacket {
         let count = self.waiting.min(most);
         let first = self.next;
         self.next += count;
         self.waiting -= count;
-        Packet::Features { first, count, last: ends && self.waiting == 0, after_row }
+        PlannedPacket::Features { first, count, last: ends && self.waiting == 0, after_row }
     }
 }
 
 impl LinkParams {
     /// The packets of a frame in their order.
-    pub fn packets(&self, plan: &FramePlan) -> Vec<Packet> {
+    pub fn packets(&self, plan: &FramePlan) -> Vec<PlannedPacket> {
         let rows = if plan.sends_codes { plan.rows } else { 0 };
         let mut packets = Vec::with_capacity(4 + crate::num::index(rows) * 2);
-        packets.extend([Packet::FrameStart, Packet::Embedded]);
+        packets.extend([PlannedPacket::FrameStart, PlannedPacket::Embedded]);
         let mut queue = Queue { next: 0, waiting: 0 };
         let mut batches = plan.batches.unwrap_or(&[]).iter().copied().peekable();
         let last_row = plan.rows.saturating_sub(1);
@@ -107,14 +107,14 @@ impl LinkParams {
                 }
             }
         }
-        packets.push(Packet::FrameEnd);
+        packets.push(PlannedPacket::FrameEnd);
         packets
     }
 
-    fn push_row(&self, packets: &mut Vec<Packet>, row: u32, rows: u32) {
+    fn push_row(&self, packets: &mut Vec<PlannedPacket>, row: u32, rows: u32) {
         if row < rows {
-            packets.extend(self.line_sync.then_some(Packet::LineStart(row)));
-            packets.push(Packet::Row(row));
+            packets.extend(self.line_sync.then_some(PlannedPacket::LineStart(row)));
+            packets.push(PlannedPacket::Row(row));
         }
     }
 }

@@ -10,7 +10,7 @@ mod host;
 mod stream;
 
 pub use decoded::{Decoded, LinkCounts, Received};
-use host::Host;
+use host::HostDecoder;
 pub use stream::Decoder;
 
 /// Decodes packets that stand back to back. Any bytes are taken: damage is counted, never a panic.
@@ -24,7 +24,7 @@ pub fn decode_without_pictures(bytes: &[u8]) -> Decoded {
 }
 
 fn decoded(bytes: &[u8], wants_pictures: bool) -> Decoded {
-    let mut host = Host::new(wants_pictures, None);
+    let mut host = HostDecoder::new(wants_pictures, None);
     let mut at = 0;
     while at < bytes.len() {
         at += host.step(&bytes[at..]);

@@ -44,7 +44,7 @@ pub(crate) fn payload(frame: FrameIndex, first: u32, features: &[Feature], last:
 }
 
 /// Features of one packet.
-pub(crate) struct Records {
+pub(crate) struct FeatureRecords {
     pub(crate) frame: FrameIndex,
     /// Index of the first one in its frame.
     pub(crate) first: u32,
@@ -54,7 +54,7 @@ pub(crate) struct Records {
 }
 
 /// The records of a payload; `None` if version, record size or count do not fit this layout.
-pub(crate) fn parse(payload: &[u8]) -> Option<Records> {
+pub(crate) fn parse(payload: &[u8]) -> Option<FeatureRecords> {
     let mut reader = PayloadReader(payload);
     if reader.u8()? != VERSION || usize::from(reader.u8()?) != FEATURE_BYTES {
         return None;
@@ -71,7 +71,7 @@ pub(crate) fn parse(payload: &[u8]) -> Option<Records> {
         Some(Feature { x, y, score, angle: Turns::from_bits(angle), octave, descriptor: reader.take()? })
     };
     let features = (0..count).map(one).collect::<Option<_>>()?;
-    Some(Records { frame, first: place & !IS_LAST, last: place & IS_LAST != 0, features })
+    Some(FeatureRecords { frame, first: place & !IS_LAST, last: place & IS_LAST != 0, features })
 }
 
 /// Takes numbers off the front of a payload; nothing where it ends too soon.

@@ -2,7 +2,7 @@
 
 use super::params::LinkParams;
 use crate::error::Error;
-use crate::link::plan::{FramePlan, Packet, after_the_rows};
+use crate::link::plan::{FramePlan, PlannedPacket, after_the_rows};
 use crate::link::records;
 use crate::num::{f64_from_u64, index, u64_from};
 use crate::units::{Clocks, Size};
@@ -52,8 +52,8 @@ impl LinkParams {
     }
 
     /// What these packets of a frame put on the link. Fails on a row that this link cannot carry.
-    pub fn traffic_of(&self, packets: &[Packet], size: Size, bits: u32) -> Result<Traffic, Error> {
-        let sends_rows = packets.iter().any(|packet| matches!(packet, Packet::Row(_)));
+    pub fn traffic_of(&self, packets: &[PlannedPacket], size: Size, bits: u32) -> Result<Traffic, Error> {
+        let sends_rows = packets.iter().any(|packet| matches!(packet, PlannedPacket::Row(_)));
         let row_bytes = if sends_rows { self.row_payload_bytes(size.width_px, bits)? } else { 0 };
         let mut traffic = Traffic { packets: u64_from(packets.len()), ..Traffic::default() };
         for &packet in packets {
@@ -61,12 +61,15 @@ impl LinkParams {
             traffic.link_bytes += bytes;
             traffic.busy.0 += self.burst_time(bytes).0;
             match packet {
-                Packet::Row(_) => {
+                PlannedPacket::Row(_) => {
                     traffic.net_bits += u64::from(size.width_px) * u64::from(bits);
                     traffic.container_bits += 8 * row_bytes;
                 }
-                Packet::Features { count, .. } => traffic.feature_bits += 8 * records::payload_bytes(count),
-                Packet::FrameStart | Packet::FrameEnd | Packet::Embedded | Packet::LineStart(_) => {}
+                PlannedPacket::Features { count, .. } => traffic.feature_bits += 8 * records::payload_bytes(count),
+                PlannedPacket::FrameStart
+                | PlannedPacket::FrameEnd
+                | PlannedPacket::Embedded
+                | PlannedPacket::LineStart(_) => {}
             }
         }
         Ok(traffic)
@@ -90,7 +93,7 @@ impl LinkParams {
         Ok(cycle)
     }
 
-    fn plan_after_rows(&self, rows: u32, features: u64, sends_codes: bool) -> Result<Vec<Packet>, Error> {
+    fn plan_after_rows(&self, rows: u32, features: u64, sends_codes: bool) -> Result<Vec<PlannedPacket>, Error> {
         let features = u32::try_from(features)
             .map_err(|_| Error::key("compute.target_features", features, "use fewer than 2^32 features a frame"))?;
         let batches = after_the_rows(features);

@@ -38,7 +38,7 @@ use crate::scene::object::DynamicScene;
 use crate::units::Span;
 use allocation::{Estimate, INITIAL_SAMPLES, Stage};
 use first_batch::FirstBatch;
-use frame::{Kept, Picture, Refined};
+use frame::{FrameRender, Kept, Refined};
 use pixel::StoppingRule;
 pub use settings::{Exposure, Sampling};
 use view::View;
@@ -64,7 +64,7 @@ pub fn render<'a>(
     assert!(shutter.len() == index(camera.size.height_px), "a render needs one span for each row");
     let scene = scene.into();
     let view = View::new(scene.fixed, camera, sampling);
-    rendered(&Picture::new(view, scene.objects, shutter, world_from_body, sampling), None).exposure
+    rendered(&FrameRender::new(view, scene.objects, shutter, world_from_body, sampling), None).exposure
 }
 
 /// A picture of what stands, for `render_over`.
@@ -85,7 +85,7 @@ pub fn render_fixed(
     sampling: Sampling,
 ) -> FixedPicture {
     let view = View::new(scene, camera, sampling);
-    rendered(&Picture::new(view, &[], shutter, world_from_body, sampling), None)
+    rendered(&FrameRender::new(view, &[], shutter, world_from_body, sampling), None)
 }
 
 /// Renders one exposure of a still camera under steady light over a picture of the fixed scene alone: only tiles in which an object may be
@@ -99,7 +99,7 @@ pub fn render_over(
     sampling: Sampling,
 ) -> Exposure {
     let view = View::new(scene.fixed, camera, sampling);
-    let mut picture = Picture::new(view, scene.objects, shutter, world_from_body, sampling);
+    let mut picture = FrameRender::new(view, scene.objects, shutter, world_from_body, sampling);
     let FixedPicture { exposure: fixed, least_gain } = fixed;
     picture.kept = Some(Kept {
         tiles: among::tiles_in_view(&picture.objects, &view, &picture.timelines),
@@ -129,7 +129,7 @@ pub fn render_over(
 }
 
 /// Renders a picture; with a tolerance, down to a marginal gain or else to the target.
-fn rendered(picture: &Picture, least_gain: Option<f32>) -> FixedPicture {
+fn rendered(picture: &FrameRender, least_gain: Option<f32>) -> FixedPicture {
     if picture.sampling.is_adaptive() {
         return to_target(picture, least_gain);
     }
@@ -137,7 +137,7 @@ fn rendered(picture: &Picture, least_gain: Option<f32>) -> FixedPicture {
 }
 
 /// Renders with a given number of samples for each pixel.
-fn evenly(picture: &Picture) -> Exposure {
+fn evenly(picture: &FrameRender) -> Exposure {
     let (camera, sampling) = (picture.view.camera, picture.sampling);
     let samples = sampling.samples_per_pixel * sampling.subframes.max(1);
     assert!(samples > 0, "a render needs a sample");
@@ -160,7 +160,7 @@ fn plane(camera: &Camera, photons: impl Iterator<Item = f32>) -> Plane<f32> {
 }
 
 /// Renders the same number of samples for each pixel, along its motion. One more ray each finds the nearest surface first.
-fn stratified_by_pixel(picture: &Picture, samples: u32) -> Exposure {
+fn stratified_by_pixel(picture: &FrameRender, samples: u32) -> Exposure {
     let Sampling { saturation_photons, .. } = picture.sampling;
     let seen = picture.first_batch(1);
     let rule = StoppingRule { samples, least_gain: None, saturation_photons, share: Some(pixel::share(samples)) };
@@ -169,13 +169,13 @@ fn stratified_by_pixel(picture: &Picture, samples: u32) -> Exposure {
     let width = picture.width();
     let mut estimates = allocation::first_estimates(&seen, width, 1, saturation_photons);
     for Refined { at, pixel_samples } in &refined {
-        estimates[*at] = Estimate::refined(pixel_samples.photons, pixel_samples.variance(), 1, samples);
+        estimates[*at] = Estimate::refined(pixel_samples);
     }
     with_stated_error(picture, estimates, &seen, 1, &rule)
 }
 
 /// Renders with as few samples as bring the mean of variance over photons down to the tolerance, or down to a given marginal gain.
-fn to_target(picture: &Picture, given: Option<f32>) -> FixedPicture {
+fn to_target(picture: &FrameRender, given: Option<f32>) -> FixedPicture {
     let Sampling { samples_max, saturation_photons, .. } = picture.sampling;
     let target = picture.sampling.tolerance / picture.sampling.electrons_per_photon;
     let first_batch = FIRST_BATCH_SAMPLES[usize::from(picture.sampling.tolerance >= LOOSE)];
@@ -203,9 +203,8 @@ fn to_target(picture: &Picture, given: Option<f32>) -> FixedPicture {
         let mut grown = false;
         for Refined { at, pixel_samples } in &refined {
             let estimate = &mut estimates[*at];
-            grown |= first_batch + pixel_samples.samples != estimate.samples;
-            *estimate =
-                Estimate::refined(pixel_samples.photons, pixel_samples.variance(), first_batch, pixel_samples.samples);
+            grown |= pixel_samples.samples != estimate.samples;
+            *estimate = Estimate::refined(pixel_samples);
         }
         if !grown {
             break;
@@ -219,7 +218,7 @@ fn to_target(picture: &Picture, given: Option<f32>) -> FixedPicture {
 
 /// The picture, with the error that replicates of some pixels state.
 fn with_stated_error(
-    picture: &Picture,
+    picture: &FrameRender,
     mut estimates: Vec<Estimate>,
     seen: &[FirstBatch],
     first_batch: u32,
@@ -231,11 +230,11 @@ fn with_stated_error(
     let kept = estimates.iter_mut().enumerate().filter(|(at, _)| !picture.is_rendered(*at));
     kept.for_each(|(_, estimate)| estimate.photons = 0.0);
     let replicates = replicate::choose(&estimates, width, saturation_photons, key.with(REPLICATE_KEY));
-    let (others, more) = picture.replicates(&replicates, &estimates, seen, first_batch, rule);
+    let (others, more) = picture.replicates(&replicates, &estimates, seen, rule);
     let ratio = replicate::variance_ratio(&estimates, &replicates, &others, saturation_photons);
     let is_rendered = |(at, _): &(usize, &Estimate)| picture.is_rendered(*at);
     let first = estimates.iter().enumerate().filter(is_rendered);
-    let rays = first.map(|(_, estimate)| u64::from(estimate.samples)).sum::<u64>() + more;
+    let rays = first.map(|(_, estimate)| u64::from(estimate.rays(first_batch))).sum::<u64>() + more;
     let photons = plane(picture.view.camera, estimates.iter().map(|estimate| estimate.photons));
     Exposure { photons, render_variance_ratio: ratio * electrons_per_photon, rays }
 }

@@ -3,7 +3,9 @@
 use super::sensor::SensorSetup;
 use crate::compute::{ExtractorParams, FrameClocks, RowByRow, RowSpacing, even_frame};
 use crate::error::Error;
-use crate::link::{Batch, FeatureReady, Flow, FramePlan, Packet, RowPeriod, Sent, WhenFull, after_the_rows, by_row};
+use crate::link::{
+    Batch, FeatureReady, Flow, FramePlan, PlannedPacket, RowPeriod, Sent, WhenFull, after_the_rows, by_row,
+};
 use crate::num::{f64_from_u64, index, u32_from, u64_truncated};
 use crate::readout::{FrameLength, Schedule, Trigger};
 use crate::units::{Clocks, FrameIndex};
@@ -49,7 +51,7 @@ impl SensorSetup {
     }
 
     /// The packets of a frame whose features leave in these batches. Fails on a row that the link cannot carry.
-    pub fn packets(&self, frame: FrameIndex, batches: &[Batch]) -> Result<Vec<Packet>, Error> {
+    pub fn packets(&self, frame: FrameIndex, batches: &[Batch]) -> Result<Vec<PlannedPacket>, Error> {
         let link = &self.link;
         Ok(link.packets(&FramePlan {
             rows: self.size.height_px,
@@ -74,7 +76,7 @@ impl SensorSetup {
 
     /// The packets of a frame in time, its features taken from the extractor in these clocks; a stalled readout delays both rows and
     /// features. Features without a clock are whole when their row is read. Fails on a row that the link cannot carry.
-    pub fn flow_at(&self, packets: &[Packet], out_clk: &[u64]) -> Result<Flow, Error> {
+    pub fn flow_at(&self, packets: &[PlannedPacket], out_clk: &[u64]) -> Result<Flow, Error> {
         let ready = self.features_ready(out_clk);
         let payload_bytes = self.link.row_payload_bytes(self.size.width_px, self.bits());
         // Without rows nothing asks for their bytes.
@@ -163,7 +165,7 @@ impl SensorSetup {
     /// Whether these packets pass within a frame's time of this schedule. Fails where they do not; the error names a frame length that
     /// suffices.
     pub(super) fn check_passes(&self, flow: &Flow, features: u64, schedule: &Schedule) -> Result<(), Error> {
-        let last_row = flow.sent.iter().rposition(|sent| matches!(sent.packet, Packet::Row(_)));
+        let last_row = flow.sent.iter().rposition(|sent| matches!(sent.packet, PlannedPacket::Row(_)));
         // Time on the lanes; waiting for the extractor is its own matter.
         let busy_clk = |sent: &[Sent]| sent.iter().map(|sent| sent.end.0 - sent.start.0).sum::<u64>();
         // Rows leave as they are read; everything else needs the lines that are left.
@@ -192,6 +194,6 @@ impl SensorSetup {
 }
 
 /// Rows as the report counts them.
-pub(super) fn rows_in(packets: &[Packet]) -> u32 {
-    u32_from(packets.iter().filter(|packet| matches!(packet, Packet::Row(_))).count())
+pub(super) fn rows_in(packets: &[PlannedPacket]) -> u32 {
+    u32_from(packets.iter().filter(|packet| matches!(packet, PlannedPacket::Row(_))).count())
 }

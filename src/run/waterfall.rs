@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::sensor::SensorSetup;
 use super::timing::memory_s;
 use crate::error::Error;
-use crate::link::{FeatureReady, Flow, Packet, Sent};
+use crate::link::{FeatureReady, Flow, PlannedPacket, Sent};
 use crate::num::{f64_from_u64, f64_from_usize, greater, index};
 use crate::readout::Schedule;
 use crate::report::latency_record::{LatencyStep, Waterfall};
@@ -151,7 +151,7 @@ impl SensorSetup {
 
     fn feature_steps(&self, sent: &SentFrame) -> Vec<LatencyStep> {
         let SentFrame { flow, schedule, frame, out_clk } = sent;
-        let is_feature = |packet: &Packet| matches!(packet, Packet::Features { count, .. } if *count > 0);
+        let is_feature = |packet: &PlannedPacket| matches!(packet, PlannedPacket::Features { count, .. } if *count > 0);
         let packet = flow.sent.iter().find(|sent| is_feature(&sent.packet));
         let (Some(first), Some(packet)) = (self.features_ready(&out_clk[..out_clk.len().min(1)]).pop(), packet) else {
             return Vec::new();

@@ -171,7 +171,7 @@ impl Joint {
 
 /// A chain of joints from the root of a file to a part that moves, the root first.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Chain {
+pub struct JointChain {
     /// The joints.
     pub joints: Vec<Joint>,
     /// Length of the animation, after which it begins again; 0: nothing moves.
@@ -192,7 +192,7 @@ pub struct ChainLimits {
 /// What the looks between keys may miss of a spline's speed.
 const MISSED: f64 = 1.1;
 
-impl Chain {
+impl JointChain {
     /// The same chain with one more joint at its end.
     #[must_use]
     pub fn with(&self, joint: Joint) -> Self {
@@ -258,7 +258,7 @@ mod tests {
     fn a_turn_goes_by_steps_by_even_arcs_or_by_a_spline_that_rests_at_its_keys() {
         let angle_rad = |interpolation: Interpolation, t_s: f64| {
             let joint = Joint { rotation: Some(turning(interpolation)), ..Joint::fixed(Pose::IDENTITY) };
-            Chain::default().with(joint).at(t_s).angle_rad()
+            JointChain::default().with(joint).at(t_s).angle_rad()
         };
         let mut tried = 0;
         for step in 0..20 {
@@ -294,7 +294,7 @@ mod tests {
             ],
             Interpolation::CubicSpline,
         );
-        let chain = Chain::default()
+        let chain = JointChain::default()
             .with(Joint { translation: Some(slide.unwrap()), ..Joint::fixed(Pose::IDENTITY) })
             .with(Joint::fixed(Pose::new(DQuat::IDENTITY, DVec3::new(0.0, 0.7, 0.0))))
             .with(Joint { rotation: Some(turning(Interpolation::Linear)), ..Joint::fixed(Pose::IDENTITY) });

@@ -26,7 +26,7 @@ use super::light::{BANDS, Bands};
 use super::mesh::ALBEDO_MAX;
 use crate::num::{f32_nearest, greater, lesser, u64_from};
 pub use aims::Aimed;
-use refine::Traced;
+use refine::TracedSamples;
 pub use settings::{BAKE_VERSION, BakeCost, BakeSettings};
 pub use source_lists::{ListedLight, SourceLists};
 pub use sources::{Extent, Source, SourceLight};
@@ -161,7 +161,7 @@ impl Bake {
     /// Bakes a scene, whose key under these settings is known. `progress` is told the share done, from any thread.
     pub(super) fn of(scene: &Scene, settings: &BakeSettings, key: [u8; 32], progress: &(dyn Fn(f64) + Sync)) -> Self {
         progress(0.0);
-        let traced = Traced::of(scene, settings, &|share| progress(0.95 * share));
+        let traced = TracedSamples::of(scene, settings, &|share| progress(0.95 * share));
         let stand_ins = buried::stand_ins(&scene.layout, |place| traced.buried[place]);
         let irradiance = settled(scene, &traced, &stand_ins, 0);
         let flickering = if scene.flickering.is_empty() { Vec::new() } else { settled(scene, &traced, &stand_ins, 1) };
@@ -176,7 +176,7 @@ impl Bake {
 }
 
 /// Iterates the bounces of a group: next = direct + mean of (albedo times irradiance) over the places its rays met.
-fn settled(scene: &Scene, traced: &Traced, stand_ins: &[(u32, u32)], group: usize) -> Vec<Bands> {
+fn settled(scene: &Scene, traced: &TracedSamples, stand_ins: &[(u32, u32)], group: usize) -> Vec<Bands> {
     let mut now = traced.direct(group, 2 * scene.layout.samples.len());
     buried::fill(&mut now, stand_ins);
     let mut exitance = vec![[0.0; BANDS]; now.len()];

@@ -50,7 +50,7 @@ pub struct Node {
 /// Triangles of a leaf, side by side. Beyond the last one it is repeated.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(32))]
-pub struct Block {
+pub struct TriangleBlock {
     /// Of each corner each coordinate.
     pub corners_m: [[[f32; BLOCK]; 3]; 3],
     /// Their unit normals. Rounded from 64 bits, so that needles have one too.
@@ -71,7 +71,7 @@ pub struct Bvh {
     /// Inner nodes; the root is the first.
     pub nodes: Vec<Node>,
     /// Leaves.
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<TriangleBlock>,
     /// How far each triangle's box reaches beyond it.
     pub pad_m: f32,
 }
@@ -174,9 +174,9 @@ fn children(tree: &Bvh2, source: usize) -> Vec<usize> {
     found
 }
 
-fn block(triangles: &[u32], triangles_m: &[[[f32; 3]; 3]], is_cut_out: &dyn Fn(u32) -> bool) -> Block {
+fn block(triangles: &[u32], triangles_m: &[[[f32; 3]; 3]], is_cut_out: &dyn Fn(u32) -> bool) -> TriangleBlock {
     assert!((1..=BLOCK).contains(&triangles.len()), "the collapse of leaves fills no block beyond its end");
-    let mut block = Block {
+    let mut block = TriangleBlock {
         corners_m: [[[0.0; BLOCK]; 3]; 3],
         normal: [[0.0; BLOCK]; 3],
         triangle: [0; BLOCK],

@@ -67,9 +67,9 @@ fn with_photographs(name: &str, read: Read<'_>) -> Result<Mesh, Error> {
 
 #[cfg(feature = "pictures")]
 fn photograph(name: &str, read: Read<'_>) -> Result<Texture, Error> {
-    use super::texture::picture::{Budget, Picture};
+    use super::texture::picture::{Budget, TexturePicture};
     let file = format!("textures/{name}.jpg");
-    let picture = Picture::decoded(&read(&file)?, &mut Budget::default());
+    let picture = TexturePicture::decoded(&read(&file)?, &mut Budget::default());
     let picture = picture.map_err(|reason| Error::Content { file, reason })?;
     Ok(picture.texture([super::texture::Wrap::Repeat; 2]))
 }

@@ -1,6 +1,6 @@
 //! Geometry and materials of a scene, ready for rays.
 
-use super::animation::Chain;
+use super::animation::JointChain;
 use super::bvh::Bvh;
 use super::environment::Environment;
 use super::lamps::Lamps;
@@ -44,7 +44,7 @@ pub struct MovingScene {
     /// As the file calls its node.
     pub name: String,
     /// How it moves in the file's frame.
-    pub chain: Chain,
+    pub chain: JointChain,
     /// In its own frame.
     pub shape: Scene,
 }

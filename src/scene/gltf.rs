@@ -22,7 +22,7 @@ mod placing;
 mod reader;
 
 use super::Surroundings;
-use super::animation::Chain;
+use super::animation::JointChain;
 use super::file_units::FileUnits;
 use super::geometry::{MovingScene, Scene};
 use super::mesh::Mesh;
@@ -77,7 +77,7 @@ impl Scene {
         let mut parts = moving_scenes(content.moving)?;
         if parts.is_empty() || !content.mesh.triangles.is_empty() {
             let shape = Self::new(name, content.mesh, Default::default())?;
-            parts.insert(0, MovingScene { name: name.to_owned(), chain: Chain::default(), shape });
+            parts.insert(0, MovingScene { name: name.to_owned(), chain: JointChain::default(), shape });
         }
         parts[0].shape.notes = content.notes;
         Ok(parts)
@@ -110,7 +110,7 @@ fn content(bytes: &[u8], units: &FileUnits, files: &Files<'_>) -> Result<Content
         container.document.default_scene().or_else(|| container.document.scenes().next()).ok_or("it has no scene")?;
     let mut reader = reader::Reader::new(&container, &buffers, kinds, mesh, tracks, notes);
     for node in scene.nodes() {
-        reader.node(&node, &node::Place::root(units.world_from_file()), 0)?;
+        reader.node(&node, &node::NodePlace::root(units.world_from_file()), 0)?;
     }
     Ok(reader.content())
 }

@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::bvh::{BLOCK, Block, Bvh, CHILDREN, IS_BLOCK, Node};
+use super::bvh::{BLOCK, Bvh, CHILDREN, IS_BLOCK, Node, TriangleBlock};
 use crate::num::{greater, index, lesser};
 
 /// A lower bound of the distance in metres between the box of these corners and any triangle; 0 where it may touch one.
@@ -50,7 +50,7 @@ fn to_child_m(node: &Node, child: usize, [low_m, high_m]: [DVec3; 2]) -> f64 {
 }
 
 /// Triangles beyond the last one repeat it.
-fn to_block_m(block: &Block, [low_m, high_m]: [DVec3; 2]) -> f64 {
+fn to_block_m(block: &TriangleBlock, [low_m, high_m]: [DVec3; 2]) -> f64 {
     let (middle_m, half_m) = (0.5 * (low_m + high_m), 0.5 * (high_m - low_m));
     let mut nearest_m = f64::INFINITY;
     for slot in 0..BLOCK {

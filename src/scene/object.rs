@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use super::animation::{Chain, ChainLimits};
+use super::animation::{ChainLimits, JointChain};
 use super::geometry::Scene;
 use super::light::BANDS;
 use super::lit::{ExitanceBounds, LitScene, ObjectLight};
@@ -30,7 +30,7 @@ pub struct ObjectMotion {
     /// is the model's.
     pub looks_ahead: bool,
     /// How the model's animation moves the part.
-    pub chain: Chain,
+    pub chain: JointChain,
 }
 
 impl ObjectMotion {

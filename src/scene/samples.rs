@@ -33,7 +33,7 @@ const RIM_STEPS: f32 = 0.1;
 
 /// A place on a surface where irradiance is baked.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
+pub struct IrradianceSample {
     /// Metres.
     pub position_m: [f32; 3],
     /// Unit length; the first side.
@@ -46,7 +46,7 @@ pub struct Sample {
     pub on_grid: bool,
 }
 
-impl Sample {
+impl IrradianceSample {
     /// Sides that are lit.
     pub fn sides(&self) -> usize {
         1 + usize::from(self.double_sided)
@@ -129,7 +129,7 @@ fn grid_place(steps: u32, column: u32, row: u32) -> u32 {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
     /// Places.
-    pub samples: Vec<Sample>,
+    pub samples: Vec<IrradianceSample>,
     /// One for each triangle of the mesh.
     pub triangles: Vec<ShadeTriangle>,
 }
@@ -171,7 +171,7 @@ impl Layout {
         let albedo = albedo(mesh, shade, vertex.uv, mesh.colour(corner), spacing_m);
         let (position_m, normal) = (vertex.position_m, vertex.normal);
         let double_sided = mesh.materials[index(shade.material)].double_sided;
-        self.samples.push(Sample { position_m, normal, albedo, double_sided, on_grid: false });
+        self.samples.push(IrradianceSample { position_m, normal, albedo, double_sided, on_grid: false });
         u32_from(self.samples.len() - 1)
     }
 
@@ -198,7 +198,13 @@ impl Layout {
                 let colour = mesh.colour_at(u32_from(triangle), weights).unwrap_or([1.0; BANDS]);
                 let albedo = albedo(mesh, shade, uv, colour, spacing_m);
                 let double_sided = mesh.materials[index(shade.material)].double_sided;
-                self.samples.push(Sample { position_m: mix(corners_m), normal, albedo, double_sided, on_grid: true });
+                self.samples.push(IrradianceSample {
+                    position_m: mix(corners_m),
+                    normal,
+                    albedo,
+                    double_sided,
+                    on_grid: true,
+                });
             }
         }
     }

@@ -24,7 +24,7 @@ pub enum Wrap {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-struct Level {
+struct MipLevel {
     width: u32,
     height: u32,
     /// The two as they are multiplied with.
@@ -38,7 +38,7 @@ struct Level {
 /// A picture with its mip chain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
-    levels: Vec<Level>,
+    levels: Vec<MipLevel>,
     wrap: [Wrap; 2],
     /// Width and height of the finest level, and one over them.
     size: [f32; 2],
@@ -112,7 +112,7 @@ impl Texture {
         Self::of_levels([width, height], levels, wrap)
     }
 
-    fn of_levels(size: [u32; 2], levels: Vec<Level>, wrap: [Wrap; 2]) -> Self {
+    fn of_levels(size: [u32; 2], levels: Vec<MipLevel>, wrap: [Wrap; 2]) -> Self {
         let size = size.map(f32_from_u32);
         Self { levels, wrap, size, per_size: size.map(|edge| 1.0 / edge) }
     }
@@ -256,7 +256,7 @@ const TAPS: usize = 8;
 
 const _: () = assert!(index(TAPS_MAX) == TAPS);
 
-impl Level {
+impl MipLevel {
     #[inline(always)]
     fn texel(&self, at: usize) -> Bands {
         let texel = &self.texels[4 * at..4 * at + 4];
@@ -364,7 +364,7 @@ struct Plain {
 }
 
 impl Plain {
-    fn with_rim(&self, wrap: [Wrap; 2]) -> Level {
+    fn with_rim(&self, wrap: [Wrap; 2]) -> MipLevel {
         let Self { width, height, .. } = *self;
         let mut texels = Vec::with_capacity(BANDS * (index(width) + 2) * (index(height) + 2));
         for y in 0..height + 2 {
@@ -373,7 +373,7 @@ impl Plain {
             texels.extend_from_slice(self.texels[row..row + index(width)].as_flattened());
             texels.extend(self.texels[row + index(within_rim(width + 1, width, wrap[0]))]);
         }
-        Level { width, height, size: [f32_from_u32(width), f32_from_u32(height)], texels }
+        MipLevel { width, height, size: [f32_from_u32(width), f32_from_u32(height)], texels }
     }
 }
 

@@ -39,7 +39,7 @@ pub struct SignalId(pub usize);
 
 /// A signal takes a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Change {
+pub struct SignalChange {
     /// Since the frame's first clock.
     pub time_ps: u64,
     /// Which signal.
@@ -54,7 +54,7 @@ pub struct Waves {
     /// In the order of the data, signals of one scope together.
     pub signals: Vec<Signal>,
     /// In the order of time, then of signals; every signal has its first value at time 0.
-    pub changes: Vec<Change>,
+    pub changes: Vec<SignalChange>,
     /// When the frame is read and the last row that is shown has left; no change comes later.
     pub end_ps: u64,
 }
@@ -77,7 +77,7 @@ impl Waves {
 pub struct Recorder {
     signals: Vec<Signal>,
     held: Vec<Value>,
-    changes: Vec<Change>,
+    changes: Vec<SignalChange>,
 }
 
 impl Recorder {
@@ -86,7 +86,7 @@ impl Recorder {
         let signal = SignalId(self.signals.len());
         self.signals.push(Signal { scope: scope.to_owned(), name: name.to_owned(), kind });
         self.held.push(value);
-        self.changes.push(Change { time_ps: 0, signal, value });
+        self.changes.push(SignalChange { time_ps: 0, signal, value });
         signal
     }
 
@@ -95,7 +95,7 @@ impl Recorder {
         let held = &mut self.held[signal.0];
         if *held != value {
             *held = value;
-            self.changes.push(Change { time_ps, signal, value });
+            self.changes.push(SignalChange { time_ps, signal, value });
         }
     }
 
@@ -110,7 +110,7 @@ impl Recorder {
     pub fn finish(self, end_ps: u64) -> Waves {
         let Self { signals, mut changes, .. } = self;
         changes.sort_by_key(|change| (change.time_ps, change.signal));
-        let mut kept: Vec<Change> = Vec::with_capacity(changes.len());
+        let mut kept: Vec<SignalChange> = Vec::with_capacity(changes.len());
         let mut held = vec![None; signals.len()];
         for (place, change) in changes.iter().enumerate() {
             let next = changes.get(place + 1);

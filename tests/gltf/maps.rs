@@ -73,7 +73,7 @@ fn a_mirror_with_a_normal_map_turns_rays_along_u_and_up_the_picture() {
         for (from, side) in [([0.0, 0.0, -1.0], 1.0), ([0.0, 0.0, 1.0], -1.0_f32)] {
             for (x, axis) in [(0.25, 0), (0.75, 1)] {
                 let facet = lit.facet(0, at(x), from, true).expect("a mirror");
-                let (away, ..) = facet.reflected(from, [0.5; 2]);
+                let (away, ..) = facet.reflected(from, || [0.5; 2]);
                 // Seen from behind, the mapped normal is turned round, and sends the ray the other way.
                 let mut expected = [0.0, 0.0, 0.28 * side];
                 expected[axis] = 0.96 * scale * side;

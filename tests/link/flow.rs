@@ -1,8 +1,8 @@
 //! Packets in time: which leave when, what waits for what, and what the readout has to wait for.
 
 use sensel::link::{
-    Batch, FEATURE_BYTES, Flow, FrameOut, FramePlan, LinkParams, Mode, Packet, RowPeriod, after_the_rows, by_cell_row,
-    decode, evenly,
+    Batch, FEATURE_BYTES, Flow, FrameOut, FramePlan, LinkParams, Mode, PlannedPacket, RowPeriod, after_the_rows,
+    by_cell_row, decode, evenly,
 };
 use sensel::units::{Clocks, Size};
 
@@ -25,15 +25,19 @@ fn assert_sound(flow: &Flow, params: &LinkParams, case: &str) {
         assert_eq!(sent.data.0 - sent.start.0, params.burst_entry().0, "{case}");
         assert_eq!(sent.data_end.0 - sent.data.0, sent.bytes.div_ceil(params.lanes.into()), "{case}");
         assert_eq!(sent.end.0 - sent.data_end.0, params.burst_exit().0, "{case}");
-        if let Packet::Row(row) = sent.packet {
+        if let PlannedPacket::Row(row) = sent.packet {
             assert!(sent.start >= flow.row_read[row as usize], "{case}: row {row}");
         }
         free = sent.end;
     }
     let rows = flow.row_read.len();
     // A row is read only where a row that many places before it has left.
-    let left: Vec<Clocks> =
-        flow.sent.iter().filter(|sent| matches!(sent.packet, Packet::Row(_))).map(|sent| sent.data_end).collect();
+    let left: Vec<Clocks> = flow
+        .sent
+        .iter()
+        .filter(|sent| matches!(sent.packet, PlannedPacket::Row(_)))
+        .map(|sent| sent.data_end)
+        .collect();
     for row in params.fifo_rows as usize..rows {
         assert!(flow.row_read[row] >= left[row - params.fifo_rows as usize], "{case}: row {row}");
     }
@@ -55,14 +59,14 @@ fn features_leave_in_the_gaps_between_rows_and_never_make_a_row_wait() {
     assert_sound(&flow, &OV7251, "gaps");
     assert_eq!((flow.stalled.0, flow.rows_stalled, flow.fifo_rows_most), (0, 0, 1));
     for (row, read) in (0..).zip(&flow.row_read) {
-        let sent = flow.sent.iter().find(|sent| sent.packet == Packet::Row(row)).unwrap();
+        let sent = flow.sent.iter().find(|sent| sent.packet == PlannedPacket::Row(row)).unwrap();
         assert_eq!(sent.start, *read, "row {row} waited");
         assert_eq!(read.0, flow.lead.0 + 1160 * u64::from(row));
     }
     // Feature packets: none before row 47, none larger than the gap but after the rows.
     let mut next = 0;
     for sent in &flow.sent {
-        if let Packet::Features { first, count, last, after_row } = sent.packet {
+        if let PlannedPacket::Features { first, count, last, after_row } = sent.packet {
             assert_eq!(first, next);
             next += count;
             assert!(after_row >= 47 && (count <= per_gap || after_row == 479));
@@ -207,10 +211,11 @@ fn batches_keep_the_lists_order_and_lose_nothing() {
                 let packets = OV7251.packets(&plan(120, true, &batches, per_gap));
                 let sent: u32 = packets
                     .iter()
-                    .map(|packet| if let Packet::Features { count, .. } = packet { *count } else { 0 })
+                    .map(|packet| if let PlannedPacket::Features { count, .. } = packet { *count } else { 0 })
                     .sum();
                 assert_eq!(sent, count, "cells of {cell_px}, {per_gap} a gap");
-                let lasts = packets.iter().filter(|packet| matches!(packet, Packet::Features { last: true, .. }));
+                let lasts =
+                    packets.iter().filter(|packet| matches!(packet, PlannedPacket::Features { last: true, .. }));
                 assert_eq!(lasts.count(), 1);
                 tried += 1;
             }

@@ -2,7 +2,7 @@
 //! and first frames that are like all others.
 
 use sensel::draw::mix;
-use sensel::link::Packet;
+use sensel::link::PlannedPacket;
 use sensel::num::{f64_from_u64, greater};
 use sensel::report::record::Timing;
 use sensel::run::{CameraFrame, NoClock, Session};
@@ -23,7 +23,7 @@ fn last_bit_s(session: &Session, frame: FrameIndex, camera: &CameraFrame) -> f64
     let on_lanes_s = |clk: Clocks| first_row_s + link.seconds(clk) - link.seconds(flow.lead);
     let (rate_hz, byte_s) = (f64_from_u64(sensor.compute_hz), link.seconds(Clocks(1)));
     for sent in &flow.sent {
-        if let Packet::Features { first, count, .. } = sent.packet {
+        if let PlannedPacket::Features { first, count, .. } = sent.packet {
             let own = &camera.features_clk[first as usize..(first + count) as usize];
             let whole_s = own.last().map_or(0.0, |&clk| first_row_s + f64_from_u64(clk + 1) / rate_hz);
             assert!(on_lanes_s(sent.start) > whole_s - 1e-3 * byte_s, "{sent:?} before its last feature");

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 
 use sensel::config::Resolved;
 use sensel::error::Error;
-use sensel::link::{Mode, Packet, decode};
+use sensel::link::{Mode, PlannedPacket, decode};
 use sensel::num::f64_from_u64;
 use sensel::report::Report;
 use sensel::report::html::{FramePictures, html};
@@ -195,12 +195,13 @@ fn the_configurations_order_of_packets_is_that_of_the_stream() {
     assert_eq!(setup.link.mode, Mode::Both);
     let flow = setup.flow_of(200).unwrap();
     let (first, last) = (flow.sent.first().unwrap(), flow.sent.last().unwrap());
-    assert_eq!((first.packet, last.packet), (Packet::FrameStart, Packet::FrameEnd));
+    assert_eq!((first.packet, last.packet), (PlannedPacket::FrameStart, PlannedPacket::FrameEnd));
     let times = setup.link_times(200).unwrap();
     assert!(times.feature_latency_s.unwrap() < times.tail_s && times.stalled_s == 0.0);
     // Spread over the height, features are nearly all gone when the last row is read; the rest waits for the extractor.
     let behind = |sent: &&sensel::link::Sent| sent.start >= flow.rows_end;
-    let count = |sent: &sensel::link::Sent| if let Packet::Features { count, .. } = sent.packet { count } else { 0 };
+    let count =
+        |sent: &sensel::link::Sent| if let PlannedPacket::Features { count, .. } = sent.packet { count } else { 0 };
     let waiting: u32 = flow.sent.iter().filter(behind).map(count).sum();
     assert!((1..100).contains(&waiting), "{waiting} of 200 behind the rows");
     let last_row_s = 159.0 * setup.schedule.line_time_s();

@@ -125,7 +125,7 @@ impl ExtractorHost for Around {
 }
 
 /// The story of the clocked form that takes a row at a time, and the bits that flipped in its back.
-pub fn by_rows<T: fx_front_rows::Word>(case: &Case, pictures: &[Vec<u16>]) -> (Told, FxBackToggles) {
+pub fn by_rows<T: fx_front_rows::PixelWord>(case: &Case, pictures: &[Vec<u16>]) -> (Told, FxBackToggles) {
     let (config, front) = (case.config, front_config(&case.config));
     let (words, width) = (FrontRows::<T>::words(&front), usize::try_from(config.max_width).unwrap());
     let (mut kept, mut differences) = (vec![T::default(); 8 * words], vec![T::default(); 3 * words]);

@@ -1,7 +1,7 @@
 //! When each row of the last frame is exposed, read and sent, and each packet on the lanes, for the page's drawing to scale.
 
 use sensel::error::Error;
-use sensel::link::{Flow, Packet};
+use sensel::link::{Flow, PlannedPacket};
 use sensel::num::f64_from_u64;
 use sensel::run::{Frame, SensorSetup};
 use sensel::units::{Clocks, RowIndex};
@@ -28,7 +28,7 @@ pub fn rows_us(sensor: &SensorSetup, frame: &Frame) -> Result<Vec<f64>, Error> {
     let flow = flow(sensor, frame)?;
     let zero_s = schedule.exposure(frame.frame, RowIndex(0)).start_s;
     let mut table = Vec::new();
-    let sent = |row: u32| flow.sent.iter().find(|sent| sent.packet == Packet::Row(row));
+    let sent = |row: u32| flow.sent.iter().find(|sent| sent.packet == PlannedPacket::Row(row));
     for row in 0..sensor.size.height_px {
         let (exposed, read) =
             (schedule.exposure(frame.frame, RowIndex(row)), schedule.readout(frame.frame, RowIndex(row)));
@@ -41,12 +41,12 @@ pub fn rows_us(sensor: &SensorSetup, frame: &Frame) -> Result<Vec<f64>, Error> {
 }
 
 /// Kind of a packet as a number: 0 short or embedded, 1 row, 2 features.
-fn kind(packet: Packet) -> (f64, u32, u32) {
+fn kind(packet: PlannedPacket) -> (f64, u32, u32) {
     match packet {
-        Packet::FrameStart | Packet::Embedded | Packet::FrameEnd => (0.0, 0, 0),
-        Packet::LineStart(row) => (0.0, row, 0),
-        Packet::Row(row) => (1.0, row, 1),
-        Packet::Features { first, count, .. } => (2.0, first, count),
+        PlannedPacket::FrameStart | PlannedPacket::Embedded | PlannedPacket::FrameEnd => (0.0, 0, 0),
+        PlannedPacket::LineStart(row) => (0.0, row, 0),
+        PlannedPacket::Row(row) => (1.0, row, 1),
+        PlannedPacket::Features { first, count, .. } => (2.0, first, count),
     }
 }
 

@@ -8,7 +8,7 @@ use super::decoded::Received;
 use crate::compute::Feature;
 use crate::link::embedded::{self, FrameMetadata, FrameShape};
 use crate::link::packet::{CRC_BYTES, DataType, HEADER_BYTES, frame_number};
-use crate::link::records::{self, Records};
+use crate::link::records::{self, FeatureRecords};
 use crate::num::{index, u32_from, u64_from};
 use crate::plane::Plane;
 use crate::units::Size;
@@ -36,7 +36,7 @@ pub(super) struct Open<'a> {
     line: Option<u32>,
     rows: Vec<ReceivedRow<'a>>,
     holes: Vec<Hole>,
-    records: Vec<Records>,
+    records: Vec<FeatureRecords>,
     doubled: u64,
     pub(super) ended: bool,
     pub(super) damaged: bool,
@@ -119,10 +119,10 @@ impl<'a> Open<'a> {
     }
 
     /// Keeps records whose indices were not in an earlier packet.
-    fn take_records(&mut self, found: Records) {
-        let span = |records: &Records| (records.first, records.first + u32_from(records.features.len()));
+    fn take_records(&mut self, found: FeatureRecords) {
+        let span = |records: &FeatureRecords| (records.first, records.first + u32_from(records.features.len()));
         let (start, end) = span(&found);
-        let meets = |kept: &Records| {
+        let meets = |kept: &FeatureRecords| {
             let (kept_start, kept_end) = span(kept);
             // An empty last packet stands where the list ends; two of them meet too.
             (start < kept_end && kept_start < end) || (found.last && kept.last)

@@ -6,7 +6,7 @@ use super::decoded::Decoded;
 use super::frame::Open;
 use crate::num::u64_from;
 
-pub(super) struct Host<'a> {
+pub(super) struct HostDecoder<'a> {
     pub(super) decoded: Decoded,
     pub(super) open: Option<Open<'a>>,
     /// Whether the open frame's start was the last that was read.
@@ -14,7 +14,7 @@ pub(super) struct Host<'a> {
     wants_pictures: bool,
 }
 
-impl<'a> Host<'a> {
+impl<'a> HostDecoder<'a> {
     pub(super) fn new(wants_pictures: bool, open: Option<Open<'a>>) -> Self {
         Self { decoded: Decoded::default(), open, is_fresh: false, wants_pictures }
     }

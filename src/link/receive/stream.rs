@@ -6,7 +6,7 @@
 
 use super::decoded::{Decoded, LinkCounts, Received};
 use super::frame::Open;
-use super::host::Host;
+use super::host::HostDecoder;
 use crate::link::packet::{CRC_BYTES, HEADER_BYTES};
 
 /// Bytes that decide what is at a place: a line start, and the longest packet behind it.
@@ -77,7 +77,7 @@ impl Decoder {
         Decoded { frames, counts: self.counts }
     }
 
-    fn host<'a>(&self) -> Host<'a> {
-        Host::new(self.wants_pictures, self.open.map(|(channel, number)| Open::new(channel, number)))
+    fn host<'a>(&self) -> HostDecoder<'a> {
+        HostDecoder::new(self.wants_pictures, self.open.map(|(channel, number)| Open::new(channel, number)))
     }
 }

@@ -5,7 +5,7 @@
 use super::super::motion::{Timeline, Turns};
 use super::objects::{ObjectInView, Objects};
 use super::settings::{COLUMNS, ROWS};
-use super::view::{Aim, Filter, Pixels, Traced, View};
+use super::view::{Aim, Filter, PacketPixels, Traced, View};
 use crate::num::{index, u32_from};
 use crate::scene::lanes::{Floats, LANES, Mask, Vectors, unrolled};
 use crate::scene::light::BANDS;
@@ -20,7 +20,7 @@ pub fn tiles_in_view(objects: &[ObjectInView], view: &View, timelines: &[Timelin
     let of_group = |group: usize| {
         let mut stack = Stack::new();
         let mut is_in_view = |tile: usize| {
-            let mut pixels = Pixels::NONE;
+            let mut pixels = PacketPixels::NONE;
             for lane in 0..LANES {
                 let x = (tile * COLUMNS + lane % COLUMNS).min(width - 1);
                 let y = (group * ROWS + lane / COLUMNS).min(height - 1);
@@ -49,7 +49,7 @@ impl View<'_> {
         &self,
         objects: &[ObjectInView],
         (group, timeline): (usize, &Timeline),
-        pixels: &Pixels,
+        pixels: &PacketPixels,
         stack: &mut Stack,
     ) -> bool {
         let Some(shadows) = self.scene.shadows() else { return false };
@@ -74,7 +74,7 @@ impl View<'_> {
 /// Light of rays among moving objects: traces the fixed scene, then each object that is near, and shades what is nearest.
 pub(super) struct AmongObjects<'a, 'b> {
     pub view: &'a View<'b>,
-    pub pixels: &'a Pixels,
+    pub pixels: &'a PacketPixels,
     pub aim: &'a Aim<'a>,
     pub bearing: Vectors,
     pub pose: Turns,

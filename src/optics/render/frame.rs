@@ -32,7 +32,7 @@ const OF_SECOND_REPLICATE: u64 = 1 << 46;
 const CHUNK: usize = 64;
 
 /// Everything that the steps of a render share.
-pub struct Picture<'a> {
+pub struct FrameRender<'a> {
     /// Scene and camera.
     pub view: View<'a>,
     /// Span of each row.
@@ -78,7 +78,7 @@ fn rows_of(group: usize, height: usize) -> [usize; ROWS] {
     std::array::from_fn(|row| (group * ROWS + row).min(height - 1))
 }
 
-impl<'a> Picture<'a> {
+impl<'a> FrameRender<'a> {
     /// Evaluates the motion and the lamps once for every row.
     pub fn new(
         view: View<'a>,
@@ -207,6 +207,8 @@ impl<'a> Picture<'a> {
             for Refined { at, pixel_samples } in refined {
                 if pixel_samples.samples == 0 {
                     pixel_samples.missed_variance = missed_variance(seen, self.width(), *at);
+                } else if pixel_samples.samples >= rule.samples || rule.is_enough(pixel_samples) {
+                    continue;
                 }
                 self.pixel(*at, OF_REFINED).refine(pixel_samples, self.nearest(seen, *at), rule, &mut stack);
             }
@@ -220,7 +222,6 @@ impl<'a> Picture<'a> {
         replicates: &[Replicate],
         estimates: &[Estimate],
         seen: &[FirstBatch],
-        first_batch: u32,
         rule: &StoppingRule,
     ) -> (Vec<[f32; 2]>, u64) {
         const EACH: usize = CHUNK / 4;
@@ -242,10 +243,7 @@ impl<'a> Picture<'a> {
                 };
                 match estimates[at].stage {
                     Stage::Refined => {
-                        // A given number has rays beside it, which a replicate chooses for itself.
-                        let grown = estimates[at].samples - first_batch;
-                        let samples_of_replicate = if rule.share.is_some() { rule.samples } else { grown };
-                        let (photons_of_replicate, rays) = replicate_of(OF_REPLICATE, samples_of_replicate);
+                        let (photons_of_replicate, rays) = replicate_of(OF_REPLICATE, estimates[at].samples);
                         (*photons, *samples) = ([photons_of_replicate; 2], rays);
                     }
                     Stage::First => {

@@ -27,7 +27,7 @@ pub struct ObjectInView {
     /// `object_from_camera` over the exposures of each group of rows.
     pub timelines: Vec<Timeline>,
     /// Where each group of rows may see it: around all of it, and around its parts.
-    cones: Vec<(Cone, Vec<Cone>)>,
+    cones: Vec<(ViewCone, Vec<ViewCone>)>,
     /// Where it and its parts are in the world over the exposures of each group of rows.
     balls_m: Vec<(Ball, Vec<Ball>)>,
 }
@@ -37,7 +37,7 @@ type Ball = ([f32; 3], f32);
 
 /// Directions in the camera's frame.
 #[derive(Clone, Copy, Debug)]
-struct Cone {
+struct ViewCone {
     axis: [f32; 3],
     /// Least cosine to the axis.
     cosine: f32,
@@ -96,7 +96,7 @@ impl ObjectInView {
         let timelines = crate::parallel::collected(groups.len(), |group| Timeline::of(groups[group], pieces, &pose));
         let cones = crate::parallel::collected(groups.len(), |group| {
             let poses = instants(&groups[group], &pose);
-            let around = |ball_m: (DVec3, f64)| Cone::around(ball_m, &poses);
+            let around = |ball_m: (DVec3, f64)| ViewCone::around(ball_m, &poses);
             (around(object.ball_m()), object.balls_m().iter().copied().map(around).collect())
         });
         let balls_m = crate::parallel::collected(groups.len(), |group| {
@@ -169,7 +169,7 @@ fn swept((middle_m, radius_m): (DVec3, f64), world_from_object: &[Pose; INSTANTS
     (middle_m.to_array().map(f32_nearest), f32_nearest(radius_m + (1.0 + STRAY) * strays_m))
 }
 
-impl Cone {
+impl ViewCone {
     /// Around a ball of an object that is seen from these poses, `camera_from_object` over the spans of some rows.
     fn around((middle_m, radius_m): (DVec3, f64), camera_from_object: &[Pose; INSTANTS]) -> Self {
         let places = camera_from_object.map(|pose| pose.point(middle_m));

@@ -14,7 +14,7 @@ use super::pixel_samples::{OF_BEFORE, PixelSamples};
 use super::settings::{COLUMNS, ROWS};
 use super::shear::sheared_lanes;
 use super::sobol::points;
-use super::view::{Aim, Pixels, View};
+use super::view::{Aim, PacketPixels, View};
 use crate::draw::{DrawKey, mix};
 use crate::num::{f32_from_u32, f32_nearest, index, low_u32, u32_from, u32_truncated_f32};
 use crate::optics::motion::{PacketMotion, Timeline};
@@ -37,7 +37,8 @@ pub struct StoppingRule {
 }
 
 impl StoppingRule {
-    fn is_enough(&self, pixel_samples: &PixelSamples) -> bool {
+    /// Whether a pixel needs no more samples.
+    pub fn is_enough(&self, pixel_samples: &PixelSamples) -> bool {
         let Some(least) = self.least_gain else { return false };
         let variance = pixel_samples.variance();
         let counts = may_count(pixel_samples.photons, variance, self.saturation_photons);
@@ -66,21 +67,18 @@ pub struct Pixel<'a> {
 impl Pixel<'_> {
     /// Doubles a pixel's samples until a rule has enough. Its edges belong to the nearest surface.
     pub fn refine(&self, pixel_samples: &mut PixelSamples, nearest: Nearest, rule: &StoppingRule, stack: &mut Stack) {
-        // What a pass leaves as it is costs it next to nothing.
-        if pixel_samples.samples == 0 || (pixel_samples.samples < rule.samples && !rule.is_enough(pixel_samples)) {
-            dispatch(Refinement { pixel: self, pixel_samples, nearest, rule, stack });
-        }
+        dispatch(Refinement { pixel: self, pixel_samples, nearest, rule, stack });
     }
 
     /// The pixel in all lanes.
     #[inline(always)]
-    pub fn pixels(&self) -> Pixels {
+    pub fn pixels(&self) -> PacketPixels {
         let facet_seed = low_u32(mix(self.key.0) >> 32);
-        Pixels::of_one(self.view.camera, self.at, &self.photons_per_lux, facet_seed)
+        PacketPixels::of_one(self.view.camera, self.at, &self.photons_per_lux, facet_seed)
     }
 
     /// How far the pixel goes over a surface, in its own widths and heights over the exposure, about its middle.
-    fn velocity_px(&self, pixels: &Pixels, Nearest { distance_m, object }: Nearest) -> [f32; 2] {
+    fn velocity_px(&self, pixels: &PacketPixels, Nearest { distance_m, object }: Nearest) -> [f32; 2] {
         let timeline = match object.checked_sub(1) {
             None => self.timeline,
             Some(number) => &self.objects[index(number)].timelines[self.at[1] / ROWS],
@@ -111,7 +109,7 @@ impl Pixel<'_> {
 
     /// Photons of samples at places and instants in the first lanes.
     #[inline(always)]
-    fn trace(&self, pixels: &Pixels, samples: &Samples, stack: &mut Stack) -> Floats {
+    fn trace(&self, pixels: &PacketPixels, samples: &Samples, stack: &mut Stack) -> Floats {
         let [_, _, t] = samples.place;
         let mut lamp_levels = [1.0; LANES];
         if !self.view.scene.is_steady() {

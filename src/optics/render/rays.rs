@@ -6,7 +6,7 @@ use super::among::AmongObjects;
 use super::footprint::{Differentials, Look, footprint};
 use super::reflect::Reflection;
 use super::shadows::{EdgeShadows, ObjectShadows, OnSurface};
-pub use super::view::{Aim, Pixels, View};
+pub use super::view::{Aim, PacketPixels, View};
 pub(super) use super::view::{Filter, Traced};
 use crate::optics::camera::Camera;
 use crate::optics::motion::{Turn, Turns};
@@ -18,7 +18,7 @@ use crate::scene::texture::Footprint;
 use crate::scene::tracer::{MISS, Packet, Stack, closest_inline_through};
 use crate::simd::{Kernel, dispatch};
 
-impl Pixels {
+impl PacketPixels {
     /// None yet.
     pub const NONE: Self = {
         let zero = Floats([0.0; LANES]);
@@ -48,7 +48,7 @@ impl Pixels {
     }
 }
 
-impl Pixels {
+impl PacketPixels {
     /// One pixel in all lanes; dark where the lens has no bearing.
     #[inline(always)]
     pub fn of_one(camera: &Camera, [x, y]: [usize; 2], photons_per_lux: &Bands, facet_seed: u32) -> Self {
@@ -78,7 +78,7 @@ impl Pixels {
 impl Aim<'_> {
     /// Bearings, poses and rays.
     #[inline(always)]
-    fn rays(&self, pixels: &Pixels) -> (Vectors, Turns, Packet) {
+    fn rays(&self, pixels: &PacketPixels) -> (Vectors, Turns, Packet) {
         let bearing = bilinear(&pixels.corners, self.place[0], self.place[1]);
         let pose = self.motion.at(self.share);
         let (origin_m, direction) = (pose.place_m(), pose.turned(bearing));
@@ -91,7 +91,7 @@ impl Aim<'_> {
 
     /// What the look-ups of the leader's group average over, and how far each is moved.
     #[inline(always)]
-    fn footprint(&self, pixels: &Pixels, face: &Face, leader: &Leader) -> (Footprint, [Floats; 2]) {
+    fn footprint(&self, pixels: &PacketPixels, face: &Face, leader: &Leader) -> (Footprint, [Floats; 2]) {
         let Leader { lane, direction, bearing, pose, t_m } = leader;
         let mut travel_m = [0.0; 3];
         if self.pieces > 0.0 {
@@ -127,7 +127,7 @@ impl Aim<'_> {
 impl View<'_> {
     /// Photons of a sample in each lane, and the distance of its hit.
     #[inline(always)]
-    pub fn sample(&self, pixels: &Pixels, aim: &Aim, stack: &mut Stack) -> Sampled {
+    pub fn sample(&self, pixels: &PacketPixels, aim: &Aim, stack: &mut Stack) -> Sampled {
         let (bearing, pose, packet) = aim.rays(pixels);
         let hits =
             closest_inline_through(&self.scene.scene().bvh, &BackfaceCulled(&self.scene.scene().mesh), &packet, stack);
@@ -154,7 +154,7 @@ impl View<'_> {
     pub(super) fn light_of(
         &self,
         traced: &Traced,
-        pixels: &Pixels,
+        pixels: &PacketPixels,
         aim: &Aim,
         filter: &Filter,
         stack: &mut Stack,
@@ -172,7 +172,7 @@ impl View<'_> {
     pub(super) fn shade(
         &self,
         traced: &Traced,
-        pixels: &Pixels,
+        pixels: &PacketPixels,
         aim: &Aim,
         filter: &Filter,
         stack: &mut Stack,
@@ -217,7 +217,7 @@ impl View<'_> {
         &self,
         traced: &Traced,
         (triangle, lanes, normals): (u32, Mask, Option<&[Bands; LANES]>),
-        pixels: &Pixels,
+        pixels: &PacketPixels,
         aim: &Aim,
         filter: &Filter,
         stack: &mut Stack,

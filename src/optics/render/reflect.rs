@@ -4,8 +4,8 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use super::sobol::facet_numbers;
-use super::view::{Aim, Filter, Pixels, Traced, View};
+use super::sobol::{fifth, fourth};
+use super::view::{Aim, Filter, PacketPixels, Traced, View};
 use crate::scene::lanes::{Floats, LANES};
 use crate::scene::light::BANDS;
 use crate::scene::lit::BOUNCES_MAX;
@@ -30,7 +30,7 @@ struct Paths {
 pub(super) struct Reflection<'a, 'b> {
     pub view: &'a View<'b>,
     pub traced: &'a Traced,
-    pub pixels: &'a Pixels,
+    pub pixels: &'a PacketPixels,
     pub aim: &'a Aim<'a>,
     /// What each ray would be without.
     pub lux: [Floats; BANDS],
@@ -47,7 +47,10 @@ impl Kernel for Reflection<'_, '_> {
         let mut length_m = traced.hits.t;
         let mut traced = Traced { hits: traced.hits, packet: traced.packet };
         for bounce in 0..view.reflections.min(BOUNCES_MAX) {
-            let numbers = |lane: usize| facet_numbers(aim.numbers[lane], pixels.facet_seeds[lane], bounce);
+            let numbers = |lane: usize| {
+                let (number, seed) = (aim.numbers[lane], pixels.facet_seeds[lane]);
+                [fourth(number, seed, bounce), fifth(number, seed, bounce)]
+            };
             let Some(packet) = view.reflected(&traced, &numbers, &mut paths) else { break };
             let hits = closest_inline_through(
                 &view.scene.scene().bvh,
@@ -88,7 +91,7 @@ impl View<'_> {
             let Some(facet) = self.scene.facet(hits.triangle[lane], at, direction, self.follows_gloss) else {
                 continue;
             };
-            let (away, share, diffuse) = facet.reflected(direction, numbers(lane));
+            let (away, share, diffuse) = facet.reflected(direction, || numbers(lane));
             let mut is_black = true;
             for band in 0..BANDS {
                 paths.settled[band].0[lane] += paths.last[band].0[lane] * diffuse[band];

@@ -4,7 +4,7 @@
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 use super::objects::Objects;
-use super::sobol::facet_numbers;
+use super::sobol::{fifth, fourth};
 use super::view::{Aim, Traced, View};
 use crate::num::u32_from;
 use crate::optics::motion::Turns;
@@ -75,7 +75,7 @@ impl OnSurface<'_, '_> {
     /// The ray of a lane's sample from where it met the triangle to a source.
     #[inline(always)]
     fn ray(&self, lane: usize, place: ([f32; 3], [f32; 3]), source: u32) -> Option<Aimed> {
-        let [number, _] = facet_numbers(self.aim.numbers[lane], self.seeds[lane], OF_SOURCES + source);
+        let number = fourth(self.aim.numbers[lane], self.seeds[lane], OF_SOURCES + source);
         self.view.scene.shadow_ray(self.shadows, place, source, number)
     }
 
@@ -230,7 +230,7 @@ impl Kernel for ObjectShadows<'_, '_> {
             let [x, y, z] = [0, 1, 2].map(|axis| seen.direction[axis].0[lane] * plane[axis]);
             let normal = if x + y + z > 0.0 { plane.map(|x| -x) } else { plane };
             let lux = surface.shadows.towards().lux_at(at, normal);
-            let [_, number] = facet_numbers(surface.aim.numbers[lane], surface.seeds[lane], OF_SOURCES);
+            let number = fifth(surface.aim.numbers[lane], surface.seeds[lane], OF_SOURCES);
             (source_of[lane], per_share.0[lane]) = chosen(sources, &lux, number);
             places[lane] = (at, normal);
         }

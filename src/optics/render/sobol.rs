@@ -138,7 +138,7 @@ pub struct Seeds {
 
 /// Samples of one number, by lane.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub struct SamplePoint {
     /// To the right of the pixel's left edge, downwards from its upper edge, and of the exposure.
     pub x: Floats,
     /// Downwards.
@@ -151,10 +151,10 @@ pub struct Place {
 
 /// Places and times of a packet's sample of one number.
 #[inline(always)]
-pub fn place(number: u32, seeds: &Seeds) -> Place {
+pub fn place(number: u32, seeds: &Seeds) -> SamplePoint {
     let [x, y, t] = [0, 1, 2].map(|dimension| sobol_reversed(dimension, number));
     let shared = scrambled(t, seeds.packet) & !(u32::MAX >> SHARED_BITS);
-    let mut place = Place { x: Floats::splat(0.0), y: Floats::splat(0.0), t: Floats::splat(0.0), shared };
+    let mut place = SamplePoint { x: Floats::splat(0.0), y: Floats::splat(0.0), t: Floats::splat(0.0), shared };
     for lane in 0..LANES {
         place.x.0[lane] = unit(scrambled(x, seeds.lanes[0][lane]));
         place.y.0[lane] = unit(scrambled(y, seeds.lanes[1][lane]));
@@ -164,13 +164,22 @@ pub fn place(number: u32, seeds: &Seeds) -> Place {
     place
 }
 
-/// The two numbers of a sample's rough reflection at its bounce.
+/// The fourth coordinate of a sample, for what is chosen at a bounce: the microfacet of a rough reflection, or a point on a source.
 #[inline(always)]
-pub fn facet_numbers(number: u32, seed: u32, bounce: u32) -> [f32; 2] {
-    // Bounces after the first are rare: their seeds only have to differ.
-    let seed = seed ^ bounce.wrapping_mul(0x9e37_79b9);
-    [(3, seed), (4, seed.rotate_left(16) ^ 0x85eb_ca6b)]
-        .map(|(dimension, seed)| unit(scrambled(sobol_reversed(dimension, number), seed)))
+pub fn fourth(number: u32, seed: u32, bounce: u32) -> f32 {
+    unit(scrambled(sobol_reversed(3, number), of_bounce(seed, bounce)))
+}
+
+/// The fifth coordinate of a sample, as `fourth`.
+#[inline(always)]
+pub fn fifth(number: u32, seed: u32, bounce: u32) -> f32 {
+    unit(scrambled(sobol_reversed(4, number), of_bounce(seed, bounce).rotate_left(16) ^ 0x85eb_ca6b))
+}
+
+/// The seed of a bounce. Bounces after the first are rare: their seeds only have to differ.
+#[inline(always)]
+fn of_bounce(seed: u32, bounce: u32) -> u32 {
+    seed ^ bounce.wrapping_mul(0x9e37_79b9)
 }
 
 /// The stratum, of a power of two of them up to 2^`SHARED_BITS`, that a shared time lies in.

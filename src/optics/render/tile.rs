@@ -6,8 +6,8 @@ use super::first_batch::{FirstBatch, Nearest, Quarters};
 use super::footprint::SampleShare;
 use super::objects::{Instants, ObjectInView, Objects};
 use super::settings::{COLUMNS, ROWS};
-use super::sobol::{self, Place, Seeds};
-use super::view::{Aim, Pixels, View};
+use super::sobol::{self, SamplePoint, Seeds};
+use super::view::{Aim, PacketPixels, View};
 use crate::draw::{DrawKey, mix};
 use crate::num::{f32_from_u32, index, low_u32, u32_from, u32_truncated_f32, u64_from};
 use crate::optics::motion::{PacketMotion, Timeline};
@@ -34,7 +34,7 @@ pub struct Pass {
 impl Pass {
     /// The stratum of time of a sample among those that the lamps' level is known for.
     #[inline(always)]
-    fn stratum(&self, number: u32, place: &Place) -> usize {
+    fn stratum(&self, number: u32, place: &SamplePoint) -> usize {
         if self.subframes > 0 { index(number / self.each) } else { sobol::stratum(place.shared, self.strata_log2) }
     }
 }
@@ -91,8 +91,8 @@ impl Kernel for Rows<'_> {
 
 impl Rows<'_> {
     #[inline(always)]
-    fn pixels(&self, first: usize, width: usize) -> (Pixels, Seeds) {
-        let mut pixels = Pixels::NONE;
+    fn pixels(&self, first: usize, width: usize) -> (PacketPixels, Seeds) {
+        let mut pixels = PacketPixels::NONE;
         let mut seeds =
             Seeds { lanes: [[0; LANES]; 3], packet: low_u32(self.keys[0].with(u64_from(first) | 1 << 40).0) };
         let pattern_px = self.view.camera.mosaic.width_px();
@@ -113,7 +113,7 @@ impl Rows<'_> {
 
     /// Mean photons of the pass's samples, by quarters of the pass, and the nearest surface of each pixel.
     #[inline(always)]
-    fn gather(&self, pixels: &Pixels, seeds: &Seeds, stack: &mut Stack) -> (Quarters, [Nearest; LANES]) {
+    fn gather(&self, pixels: &PacketPixels, seeds: &Seeds, stack: &mut Stack) -> (Quarters, [Nearest; LANES]) {
         let mut parts = Quarters::new(self.pass.count);
         let mut nearest = [Nearest::NONE; LANES];
         let shares = SampleShare::new(self.pass.shares[0], self.pass.shares[1]);

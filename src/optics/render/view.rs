@@ -36,7 +36,7 @@ impl<'a> View<'a> {
 
 /// The pixels that the lanes look through.
 #[derive(Clone, Copy)]
-pub struct Pixels {
+pub struct PacketPixels {
     /// Bearings of their corners.
     pub corners: [Vectors; 4],
     /// Their widths, as angles.
@@ -77,7 +77,7 @@ pub struct Aim<'a> {
 /// What a look-up of a texture averages over.
 pub(super) enum Filter<'a> {
     /// A share of the pixel and of the motion, by ray differentials.
-    Primary { pixels: &'a Pixels, bearing: &'a Vectors, pose: &'a Turns },
+    Primary { pixels: &'a PacketPixels, bearing: &'a Vectors, pose: &'a Turns },
     /// A circle, by the length of the path.
     Reflected { width_m: Floats },
 }

@@ -29,9 +29,9 @@ pub(super) fn features(report: &Report) -> String {
     let figures = &report.features;
     let lead = match figures.threshold {
         Some(threshold) => format!(
-            "{lead} Means per frame and camera: {} corners found, and {} too near to an edge for a patch; of the former {} were not selected \
-             in their cell, {} were dropped by a full queue and {} came too late. Rows waited {} clocks per frame. The last threshold was \
-             {threshold}. The link dropped {} features in the whole run.",
+            "{lead} Means per frame and camera: {} corners found, and {} too near to an edge for a patch; of the former {} were not \
+             selected in their cell, {} were dropped by a full queue and {} came too late. Rows waited {} clocks per frame. The last \
+             threshold was {threshold}. The link dropped {} features in the whole run.",
             digits(figures.corners),
             digits(figures.without_patch),
             digits(figures.unselected),

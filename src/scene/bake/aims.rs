@@ -87,7 +87,7 @@ impl Aims {
 }
 
 /// Rays towards sources that wait until a packet is full.
-struct Shadows<'a> {
+struct ShadowRays<'a> {
     scene: &'a Scene,
     stack: Stack,
     packet: Packet,
@@ -110,7 +110,7 @@ impl AimedLight {
     const NONE: Self = Self { all: [[0.0; BANDS]; GROUPS], by_source: [SourceLight::NONE; SOURCES_MAX] };
 }
 
-impl Shadows<'_> {
+impl ShadowRays<'_> {
     fn push(&mut self, aimed: &Aimed, source: Option<usize>) {
         if let Some(source) = source {
             self.light[aimed.side].by_source[source].unoccluded += f32_nearest(luminance(aimed.sent));
@@ -214,7 +214,7 @@ fn each_aimed(scene: &Scene, place: ([f32; 3], [f32; 3], usize), aims: &Aims, mu
 /// Light that lamps and bright directions send straight to the first or to both sides of a place.
 pub fn aimed_light(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], sides: usize, aims: &Aims) -> [AimedLight; 2] {
     let (stack, waiting) = (Stack::new(), [(0, 0, [0.0; BANDS], None); LANES]);
-    let mut shadows = Shadows { scene, stack, packet: idle(), waiting, lanes: 0, light: [AimedLight::NONE; 2] };
+    let mut shadows = ShadowRays { scene, stack, packet: idle(), waiting, lanes: 0, light: [AimedLight::NONE; 2] };
     each_aimed(scene, (at_m, normal, sides), aims, |number, aimed| {
         let source = aims.sources.iter().position(|source| source.holds(number));
         shadows.push(&aimed, source);

@@ -14,7 +14,7 @@ pub const NODES: usize = 9;
 
 /// Part of the grid of one triangle, in steps of that grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Cell {
+pub struct GridCell {
     /// Triangle of the scene.
     pub triangle: u32,
     column: u32,
@@ -66,7 +66,7 @@ fn weights_along(steps: u32, at: u32) -> [f32; 3] {
     [first, second, third]
 }
 
-impl Cell {
+impl GridCell {
     /// Appends the cells of a triangle's whole grid.
     pub fn append_grid(triangle: u32, steps: u32, cells: &mut Vec<Self>) {
         let mut open = vec![Self { triangle, column: 0, row: 0, width: steps, height: steps, is_half: true }];
@@ -218,7 +218,7 @@ mod tests {
         for steps in 1..=40 {
             let (shade, places) = (shade(steps), places(steps));
             let mut cells = Vec::new();
-            Cell::append_grid(0, steps, &mut cells);
+            GridCell::append_grid(0, steps, &mut cells);
             let mut covered = BTreeSet::new();
             while let Some(cell) = cells.pop() {
                 let nodes = cell.nodes(&shade);
@@ -244,7 +244,7 @@ mod tests {
         let light = |[x, y]: [f32; 2]| 3.0 + 0.5 * x - 0.25 * y;
         let (shade, places) = (shade(21), places(21));
         let mut cells = Vec::new();
-        Cell::append_grid(0, 21, &mut cells);
+        GridCell::append_grid(0, 21, &mut cells);
         let mut tried = 0;
         for cell in cells {
             let nodes = cell.nodes(&shade);

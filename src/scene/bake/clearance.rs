@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::super::bvh::{BLOCK, Block, Bvh, CHILDREN, IS_BLOCK};
+use super::super::bvh::{BLOCK, Bvh, CHILDREN, IS_BLOCK, TriangleBlock};
 use crate::num::{greater, index, lesser};
 
 /// What rises less than this above a plane lies in it, in metres.
@@ -10,7 +10,7 @@ const FLAT_M: f64 = 1e-3;
 
 /// A box in a plane.
 #[derive(Clone, Copy, Debug)]
-pub struct Part {
+pub struct FlatBox {
     /// Least and greatest corner in metres.
     pub corners_m: [DVec3; 2],
     /// Unit normal of the plane on the side in question.
@@ -20,7 +20,7 @@ pub struct Part {
 }
 
 /// Whether a triangle that rises above the plane touches the box.
-pub fn is_anything_near(bvh: &Bvh, part: &Part) -> bool {
+pub fn is_anything_near(bvh: &Bvh, part: &FlatBox) -> bool {
     let mut open = vec![0_u32];
     while let Some(place) = open.pop() {
         if place & IS_BLOCK != 0 {
@@ -44,7 +44,7 @@ pub fn is_anything_near(bvh: &Bvh, part: &Part) -> bool {
 }
 
 /// Triangles beyond the last one repeat it.
-fn touches(block: &Block, part: &Part) -> bool {
+fn touches(block: &TriangleBlock, part: &FlatBox) -> bool {
     let [low_m, high_m] = part.corners_m;
     let (middle_m, half_m) = (0.5 * (low_m + high_m), 0.5 * (high_m - low_m));
     (0..BLOCK).any(|slot| {
@@ -79,7 +79,10 @@ mod tests {
         let bvh = Bvh::build(&triangles_m);
         let near = |x_m: f64, up: f64, reach_m: f64| {
             let (at_m, reach_m) = (DVec3::new(x_m, 0.0, 0.0), DVec3::splat(reach_m));
-            is_anything_near(&bvh, &Part { corners_m: [at_m - reach_m, at_m + reach_m], normal: up * DVec3::Y, at_m })
+            is_anything_near(
+                &bvh,
+                &FlatBox { corners_m: [at_m - reach_m, at_m + reach_m], normal: up * DVec3::Y, at_m },
+            )
         };
         assert!(near(1.8, 1.0, 0.3));
         assert!(!near(1.8, 1.0, 0.1));

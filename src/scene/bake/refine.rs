@@ -13,8 +13,8 @@ use super::super::geometry::Scene;
 use super::super::light::{BANDS, Bands};
 use super::super::tracer::Stack;
 use super::aims::{Aims, visible_aims};
-use super::cells::{Cell, NODES, Nodes};
-use super::clearance::{Part, is_anything_near};
+use super::cells::{GridCell, NODES, Nodes};
+use super::clearance::{FlatBox, is_anything_near};
 use super::fan::GROUPS;
 use super::gathered::Gathered;
 use super::settings::BakeSettings;
@@ -53,7 +53,7 @@ pub struct Stencil {
 
 /// Traced rays of all samples that were chosen, and how the rest follows from them.
 #[derive(Clone, Debug, Default)]
-pub struct Traced {
+pub struct TracedSamples {
     /// The traced samples.
     pub gathered: Vec<Gathered>,
     /// Whether a place lies within something closed.
@@ -63,14 +63,14 @@ pub struct Traced {
     stencils: Vec<Stencil>,
 }
 
-impl Traced {
+impl TracedSamples {
     /// Traces a scene. `progress` is told the share of samples that are done.
     pub fn of(scene: &Scene, settings: &BakeSettings, progress: &(dyn Fn(f64) + Sync)) -> Self {
-        let mut refinement = Refinement::new(scene, settings, progress);
+        let mut refinement = WaveRefinement::new(scene, settings, progress);
         let mut cells = Vec::new();
         for (number, shade) in (0_u32..).zip(&scene.layout.triangles) {
             if shade.grid_steps > 0 {
-                Cell::append_grid(number, shade.grid_steps, &mut cells);
+                GridCell::append_grid(number, shade.grid_steps, &mut cells);
             }
         }
         if !settings.interpolates {
@@ -140,7 +140,7 @@ fn interpolate<const N: usize>(stencils: &[Stencil], light: &mut [[f32; N]]) {
 }
 
 /// The state between waves.
-struct Refinement<'a> {
+struct WaveRefinement<'a> {
     scene: &'a Scene,
     aims: [Aims; 2],
     /// Some of the aims of samples on grids.
@@ -148,7 +148,7 @@ struct Refinement<'a> {
     bounces: bool,
     progress: &'a (dyn Fn(f64) + Sync),
     groups: usize,
-    traced: Traced,
+    traced: TracedSamples,
     wanted: Vec<u32>,
     is_traced: Vec<bool>,
     is_done: Vec<bool>,
@@ -163,7 +163,7 @@ struct Refinement<'a> {
     seen: Vec<Option<u32>>,
 }
 
-impl<'a> Refinement<'a> {
+impl<'a> WaveRefinement<'a> {
     fn new(scene: &'a Scene, settings: &BakeSettings, progress: &'a (dyn Fn(f64) + Sync)) -> Self {
         let aims = Aims::of(scene, settings);
         let samples = scene.layout.samples.len();
@@ -173,7 +173,11 @@ impl<'a> Refinement<'a> {
         Self {
             scene,
             probes: aims[1].thinned(),
-            traced: Traced { buried: vec![false; 2 * samples], sources: aims[1].sources.clone(), ..Traced::default() },
+            traced: TracedSamples {
+                buried: vec![false; 2 * samples],
+                sources: aims[1].sources.clone(),
+                ..TracedSamples::default()
+            },
             aims,
             bounces: settings.bounces,
             progress,
@@ -191,16 +195,16 @@ impl<'a> Refinement<'a> {
     }
 
     /// Traces the nodes of cells, and gives back the parts of those that are split.
-    fn wave(&mut self, cells: Vec<Cell>) -> Vec<Cell> {
+    fn wave(&mut self, cells: Vec<GridCell>) -> Vec<GridCell> {
         let layout = &self.scene.layout;
-        let nodes_of = |cell: &Cell| cell.nodes(&layout.triangles[index(cell.triangle)]);
+        let nodes_of = |cell: &GridCell| cell.nodes(&layout.triangles[index(cell.triangle)]);
         let mut wanted = std::mem::take(&mut self.wanted);
         cells.iter().for_each(|cell| wanted.extend_from_slice(nodes_of(cell).samples()));
         wanted.sort_unstable();
         wanted.dedup();
         wanted.retain(|&sample| !self.is_traced[index(sample)]);
         let first = self.trace(&wanted);
-        let cells: Vec<Cell> = cells.into_iter().filter(Cell::has_inner).collect();
+        let cells: Vec<GridCell> = cells.into_iter().filter(GridCell::has_inner).collect();
         if cells.is_empty() {
             return cells;
         }
@@ -221,7 +225,7 @@ impl<'a> Refinement<'a> {
         parts
     }
 
-    fn each_cell<T: Send>(&self, cells: &[Cell], work: impl Fn(&Cell) -> T + Sync) -> Vec<T> {
+    fn each_cell<T: Send>(&self, cells: &[GridCell], work: impl Fn(&GridCell) -> T + Sync) -> Vec<T> {
         let chunks = in_chunks(cells.len(), CELLS, |range| cells[range].iter().map(&work).collect::<Vec<T>>());
         chunks.into_iter().flatten().collect()
     }
@@ -278,7 +282,7 @@ impl<'a> Refinement<'a> {
     }
 
     /// Estimates the exitance of all places from what the first wave traced, and what light counts as dim.
-    fn estimate(&mut self, cells: &[Cell]) {
+    fn estimate(&mut self, cells: &[GridCell]) {
         let stencils: Vec<Stencil> = self.each_cell(cells, |cell| self.stencils(cell)).into_iter().flatten().collect();
         for group in 0..self.groups {
             for chunk in &self.traced.gathered {
@@ -310,7 +314,7 @@ impl<'a> Refinement<'a> {
         }
     }
 
-    fn stencils(&self, cell: &Cell) -> Vec<Stencil> {
+    fn stencils(&self, cell: &GridCell) -> Vec<Stencil> {
         let shade = &self.scene.layout.triangles[index(cell.triangle)];
         let (nodes, mut found) = (*cell.nodes(shade).all(), Vec::new());
         cell.each_inner(shade, |sample, weights| {
@@ -321,13 +325,13 @@ impl<'a> Refinement<'a> {
         found
     }
 
-    fn is_smooth(&self, cell: &Cell) -> bool {
+    fn is_smooth(&self, cell: &GridCell) -> bool {
         let nodes = cell.nodes(&self.scene.layout.triangles[index(cell.triangle)]);
         let sides = self.scene.layout.samples[index(nodes.samples()[0])].sides();
         (0..sides).all(|side| self.is_smooth_on(cell, &nodes, side))
     }
 
-    fn is_smooth_on(&self, cell: &Cell, nodes: &Nodes, side: usize) -> bool {
+    fn is_smooth_on(&self, cell: &GridCell, nodes: &Nodes, side: usize) -> bool {
         let places = || nodes.samples().iter().map(|&sample| 2 * index(sample) + side);
         if places().any(|place| self.traced.buried[place]) {
             return false;
@@ -336,7 +340,7 @@ impl<'a> Refinement<'a> {
         places().all(is_dark) || (self.is_linear(cell, nodes, side) && !self.is_cramped(cell, nodes, side))
     }
 
-    fn is_linear(&self, cell: &Cell, nodes: &Nodes, side: usize) -> bool {
+    fn is_linear(&self, cell: &GridCell, nodes: &Nodes, side: usize) -> bool {
         let mut linear = true;
         for group in 0..self.groups {
             let light = |node: usize| &self.light[group][2 * index(nodes.samples()[node]) + side];
@@ -353,7 +357,7 @@ impl<'a> Refinement<'a> {
     }
 
     /// Whether anything stands close on one side of a cell.
-    fn is_cramped(&self, cell: &Cell, nodes: &Nodes, side: usize) -> bool {
+    fn is_cramped(&self, cell: &GridCell, nodes: &Nodes, side: usize) -> bool {
         let at_m =
             |&sample: &u32| DVec3::from_array(self.scene.layout.samples[index(sample)].position_m.map(f64::from));
         let places_m = nodes.samples().iter().map(at_m);
@@ -362,12 +366,12 @@ impl<'a> Refinement<'a> {
         let reach_m = DVec3::splat(CLEARANCE * (high_m - low_m).max_element());
         let normal = DVec3::from_array(self.scene.layout.triangles[index(cell.triangle)].normal.map(f64::from));
         let normal = if side == 0 { normal } else { -normal };
-        let part = Part { corners_m: [low_m - reach_m, high_m + reach_m], normal, at_m: at_m(&nodes.samples()[0]) };
+        let part = FlatBox { corners_m: [low_m - reach_m, high_m + reach_m], normal, at_m: at_m(&nodes.samples()[0]) };
         is_anything_near(&self.scene.bvh, &part)
     }
 
     /// Finds which of some aims all samples of cells see.
-    fn probe<'b>(&mut self, cells: impl Iterator<Item = &'b Cell>) {
+    fn probe<'b>(&mut self, cells: impl Iterator<Item = &'b GridCell>) {
         if self.probes.is_empty() {
             return;
         }
@@ -394,7 +398,7 @@ impl<'a> Refinement<'a> {
     }
 
     /// Whether each sample sees those aims that all nodes see, and none that no node sees.
-    fn is_lit_alike(&self, cell: &Cell) -> bool {
+    fn is_lit_alike(&self, cell: &GridCell) -> bool {
         let shade = &self.scene.layout.triangles[index(cell.triangle)];
         let seen = |sample: u32| self.seen[index(sample)].unwrap_or(0);
         let (mut by_all, mut by_some) = (u32::MAX, 0);
@@ -406,7 +410,7 @@ impl<'a> Refinement<'a> {
         alike
     }
 
-    fn keep(&mut self, cell: &Cell) {
+    fn keep(&mut self, cell: &GridCell) {
         for stencil in self.stencils(cell) {
             self.finish(stencil.sample);
             self.traced.stencils.push(stencil);
@@ -414,7 +418,7 @@ impl<'a> Refinement<'a> {
     }
 
     /// What was traced. A sample on the rim of a cell may have been traced for its neighbour, and on the rims of two it has one stencil.
-    fn traced(mut self) -> Traced {
+    fn traced(mut self) -> TracedSamples {
         let is_traced = &self.is_traced;
         let stencils = &mut self.traced.stencils;
         stencils.retain(|stencil| !is_traced[index(stencil.sample)]);
@@ -457,7 +461,7 @@ mod tests {
         }
         let scene = props(10.0, &boxes);
         let settings = BakeSettings::of(&scene);
-        let traced = Traced::of(&scene, &settings, &|_| {});
+        let traced = TracedSamples::of(&scene, &settings, &|_| {});
         let (samples, all) = (traced.samples(), scene.layout.samples.len());
         assert!(boxes.len() == 125 && all > 200_000, "{all} samples");
         let cost = BakeCost::of(&scene, &settings);
@@ -471,7 +475,7 @@ mod tests {
     fn interpolated_light_is_what_rays_would_have_found() {
         let scene = props(6.0, &[([-0.4, 0.0, -0.3], 0.8), ([0.9, 0.7, 0.2], 0.4), ([-1.7, 0.0, 0.9], 0.1)]);
         let settings = BakeSettings::ROOM;
-        let traced = Traced::of(&scene, &settings, &|_| {});
+        let traced = TracedSamples::of(&scene, &settings, &|_| {});
         let places = 2 * scene.layout.samples.len();
         let light = traced.direct(0, places);
         let samples: Vec<u32> = (0..u32_from(scene.layout.samples.len())).collect();

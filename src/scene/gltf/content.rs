@@ -1,6 +1,6 @@
 //! What a glTF file is read into, with notes on what was left out.
 
-use super::super::animation::Chain;
+use super::super::animation::JointChain;
 use super::super::geometry::Viewpoint;
 use super::super::mesh::Mesh;
 use crate::scene::source::Read;
@@ -39,7 +39,7 @@ pub struct MovingPart {
     /// As the file calls its node.
     pub name: String,
     /// How it moves in the file's frame.
-    pub chain: Chain,
+    pub chain: JointChain,
     /// In its own frame.
     pub mesh: Mesh,
 }

@@ -7,7 +7,7 @@ use gltf::mesh::Mode;
 use gltf::scene::Transform;
 use gltf::{Node, Primitive, Semantic};
 
-use super::super::animation::{Chain, Joint};
+use super::super::animation::{Joint, JointChain};
 use super::super::geometry::Viewpoint;
 use super::super::light::{Bands, with_infrared};
 use super::super::mesh::{Material, Mesh, Vertex};
@@ -17,7 +17,7 @@ use super::container::Container;
 use super::content::{Content, MovingPart, Notes};
 use super::material::MaterialMapping;
 use super::pictures::called;
-pub use super::reader::{Part, Place, Reader};
+pub use super::reader::{NodePlace, Part, Reader};
 use crate::num::{f32_nearest, u32_from};
 use crate::pose::Pose;
 
@@ -60,7 +60,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads a node and all below it.
-    pub fn node(&mut self, node: &Node<'_>, parent: &Place, depth: usize) -> Result<(), String> {
+    pub fn node(&mut self, node: &Node<'_>, parent: &NodePlace, depth: usize) -> Result<(), String> {
         if depth > DEPTH_MAX {
             return Err(format!("its nodes are nested deeper than {DEPTH_MAX}"));
         }
@@ -68,7 +68,7 @@ impl<'a> Reader<'a> {
             return Err(format!("node {} is in a cycle or has two parents; use a tree", node.index()));
         }
         let place = self.place(node, parent);
-        let Place { world_from_node, part_from_node, part } = place;
+        let NodePlace { world_from_node, part_from_node, part } = place;
         if !world_from_node.is_finite() {
             return Err(format!("node {} has a transform that is not finite", node.index()));
         }
@@ -117,7 +117,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Where a node is. One that the animation moves begins a new part.
-    fn place(&mut self, node: &Node<'_>, parent: &Place) -> Place {
+    fn place(&mut self, node: &Node<'_>, parent: &NodePlace) -> NodePlace {
         let parent_from_node = self.parent_from_node(node);
         let Some(tracks) = self.tracks.get(&node.index()).cloned() else { return parent.child(parent_from_node) };
         let name = node.name().map_or_else(|| format!("node {}", node.index()), str::to_owned);
@@ -136,10 +136,10 @@ impl<'a> Reader<'a> {
             translation: tracks.translation.map(|track| track.scaled(scale)),
             rotation: tracks.rotation,
         };
-        let above = parent.part.map_or_else(Chain::default, |part| self.parts[part].chain.clone());
+        let above = parent.part.map_or_else(JointChain::default, |part| self.parts[part].chain.clone());
         let chain = above.with(Joint::fixed(pose)).with(joint);
         self.parts.push(Part { name, chain, triangles: Vec::new() });
-        Place {
+        NodePlace {
             world_from_node: parent.world_from_node * parent_from_node,
             part_from_node: DMat4::from_scale(wide(own) * scale),
             part: Some(self.parts.len() - 1),

@@ -11,7 +11,7 @@ use super::super::cut_out::CutOut;
 use super::super::light::{BANDS, with_infrared};
 use super::super::maps::Maps;
 use super::super::mesh::{Material, Mesh};
-use super::super::texture::picture::{Budget, Picture};
+use super::super::texture::picture::{Budget, TexturePicture};
 use super::super::texture::{Texture, Wrap};
 use super::buffers::{Buffers, fetched};
 use super::content::{Files, Notes};
@@ -300,9 +300,9 @@ impl<'a, 'b> Pictures<'a, 'b> {
         Ok(made)
     }
 
-    fn decoded(&mut self, texture: &gltf::Texture<'_>) -> Result<Picture, String> {
+    fn decoded(&mut self, texture: &gltf::Texture<'_>) -> Result<TexturePicture, String> {
         let bytes = self.bytes(texture)?;
-        Picture::decoded(&bytes, &mut self.budget).map_err(|reason| of_image(texture, &reason))
+        TexturePicture::decoded(&bytes, &mut self.budget).map_err(|reason| of_image(texture, &reason))
     }
 
     /// The file of a texture's picture.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::DMat4;
 
-use super::super::animation::Chain;
+use super::super::animation::JointChain;
 use super::super::geometry::Viewpoint;
 use super::super::mesh::Mesh;
 use super::animation::Tracks;
@@ -35,13 +35,13 @@ pub struct Reader<'a> {
 #[derive(Clone, Debug)]
 pub struct Part {
     pub(super) name: String,
-    pub(super) chain: Chain,
+    pub(super) chain: JointChain,
     pub(super) triangles: Vec<Range<usize>>,
 }
 
 /// Where a node is.
 #[derive(Clone, Debug)]
-pub struct Place {
+pub struct NodePlace {
     /// In the world, where nothing is animated.
     pub(super) world_from_node: DMat4,
     /// In the part that moves it; in the world where none does.
@@ -49,7 +49,7 @@ pub struct Place {
     pub(super) part: Option<usize>,
 }
 
-impl Place {
+impl NodePlace {
     pub fn root(world_from_file: DMat4) -> Self {
         Self { world_from_node: world_from_file, part_from_node: world_from_file, part: None }
     }

@@ -131,11 +131,11 @@ impl LitScene {
 }
 
 impl Facet {
-    /// The reflected ray, the weight of its light in each band, and that of the diffuse surface's, from two numbers of 0..1. A ray whose
-    /// weight is 0 sees nothing.
-    pub fn reflected(&self, direction: [f32; 3], numbers: [f32; 2]) -> ([f32; 3], Bands, Bands) {
+    /// The reflected ray, the weight of its light in each band, and that of the diffuse surface's, from two numbers of 0..1, which a mirror
+    /// does not ask for. A ray whose weight is 0 sees nothing.
+    pub fn reflected(&self, direction: [f32; 3], numbers: impl FnOnce() -> [f32; 2]) -> ([f32; 3], Bands, Bands) {
         let view = direction.map(|x| -x);
-        let (half, kept) = if self.alpha < ALPHA_MIN { (self.normal, 1.0) } else { self.visible_half(view, numbers) };
+        let (half, kept) = if self.alpha < ALPHA_MIN { (self.normal, 1.0) } else { self.visible_half(view, numbers()) };
         let cos = dot(view, half).clamp(0.0, 1.0);
         let away = mirrored(direction, half);
         // A smooth normal may turn the ray into the surface: there the plane's own normal takes its place.
@@ -213,7 +213,7 @@ mod tests {
         let mut sum = 0.0;
         for i in 0..steps * steps {
             let at = |i: u32| (f32_from_u32(i) + 0.5) / f32_from_u32(steps);
-            let (away, weight, diffuse) = facet.reflected(direction, [at(i % steps), at(i / steps)]);
+            let (away, weight, diffuse) = facet.reflected(direction, || [at(i % steps), at(i / steps)]);
             assert!(away[2] > 0.0 && weight[0] <= 1.0 && weight[0] >= 0.0, "{away:?} {weight:?}");
             // A white metal's two parts are all there is: one rounding.
             assert!((weight[0] + diffuse[0] - 1.0).abs() < 1e-6, "{weight:?} {diffuse:?}");
@@ -243,7 +243,7 @@ mod tests {
     fn a_pane_mirrors_passes_and_scatters_all_light_between_them() {
         for (transmission, cos) in [(1.0_f32, 0.8_f32), (0.5, 0.8), (1.0, 0.2), (0.1, 0.5)] {
             let pane = Facet { transmission: [transmission * 0.9, transmission], metallic: 0.0, ..facet(0.0, 0.04) };
-            let (_, mirrored, diffuse) = pane.reflected([(1.0 - cos * cos).sqrt(), 0.0, -cos], [0.3, 0.7]);
+            let (_, mirrored, diffuse) = pane.reflected([(1.0 - cos * cos).sqrt(), 0.0, -cos], || [0.3, 0.7]);
             let passed = 0.9 * transmission * (1.0 - pane_reflectance(cos));
             // Of all rays; 1e-6 is rounding.
             assert!(
@@ -257,7 +257,7 @@ mod tests {
 
     #[test]
     fn a_mirror_reflects_by_schlick_and_turns_no_corner() {
-        let (away, weight, _) = facet(0.0, 0.04).reflected([0.6, 0.0, -0.8], [0.3, 0.7]);
+        let (away, weight, _) = facet(0.0, 0.04).reflected([0.6, 0.0, -0.8], || [0.3, 0.7]);
         assert!((away[0] - 0.6).abs() < 1e-6 && (away[2] - 0.8).abs() < 1e-6, "{away:?}");
         // 0.04 + 0.96 * 0.2^5.
         assert!((weight[0] - 0.040_307_2).abs() < 1e-6, "{weight:?}");

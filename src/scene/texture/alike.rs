@@ -10,7 +10,7 @@ use super::{Footprint, ONE, TAPS_MAX, TO_WHOLE, Texture, Wrap, between};
 use crate::num::f32_from_u32;
 
 /// Rows of places, by lane: the first, and the way from place to place in texture coordinates.
-struct Rows {
+struct TapRows {
     first: [Floats; 2],
     step: [f32; 2],
     taps: u32,
@@ -28,7 +28,7 @@ impl Texture {
         lanes: Mask,
     ) -> [Bands; LANES] {
         let back = 0.5 * (f32_from_u32(footprint.taps) - 1.0);
-        let mut rows = Rows { first: *uv, step: [0.0; 2], taps: footprint.taps.min(TAPS_MAX) };
+        let mut rows = TapRows { first: *uv, step: [0.0; 2], taps: footprint.taps.min(TAPS_MAX) };
         for axis in 0..2 {
             rows.step[axis] = footprint.step_texels[axis] * self.per_size[axis];
             let shifted = uv[axis] + shift_texels[axis] * Floats::splat(self.per_size[axis]);
@@ -55,7 +55,7 @@ impl Texture {
 
     /// Sums of one level over the places of each lane.
     #[inline(always)]
-    fn sums_alike(&self, level: usize, rows: &Rows, lanes: Mask) -> [Bands; LANES] {
+    fn sums_alike(&self, level: usize, rows: &TapRows, lanes: Mask) -> [Bands; LANES] {
         let level = &self.levels[level];
         let stride = level.width + 2;
         let (zero, one, half) = (Floats::splat(0.0), Floats::splat(1.0), Floats::splat(0.5));

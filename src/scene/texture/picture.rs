@@ -13,7 +13,7 @@ const TEXELS_MAX: u64 = 1 << 25;
 
 /// A decoded picture.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
+pub struct TexturePicture {
     /// Width and height.
     pub size_px: [u32; 2],
     /// sRGB, row-major, the top row first.
@@ -41,7 +41,7 @@ impl Budget {
     }
 }
 
-impl Picture {
+impl TexturePicture {
     /// Decodes a picture. Fails on what is neither PNG nor JPEG, damaged, or too large: in words for its user.
     pub fn decoded(bytes: &[u8], budget: &mut Budget) -> Result<Self, String> {
         let reader = || {

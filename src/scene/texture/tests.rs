@@ -102,7 +102,7 @@ pub(super) fn question(key: DrawKey) -> ([f32; 2], Footprint) {
 }
 
 /// A texel of a level, by definition.
-fn texel(level: &Level, wrap: [Wrap; 2], at: [i64; 2]) -> [f64; BANDS] {
+fn texel(level: &MipLevel, wrap: [Wrap; 2], at: [i64; 2]) -> [f64; BANDS] {
     let of_axis = |axis: usize, count: u32| {
         let count = i64::from(count);
         let inside = if wrap[axis] == Wrap::Repeat { at[axis].rem_euclid(count) } else { at[axis].clamp(0, count - 1) };
@@ -114,7 +114,7 @@ fn texel(level: &Level, wrap: [Wrap; 2], at: [i64; 2]) -> [f64; BANDS] {
 }
 
 /// One bilinear look-up in a level, by definition.
-fn bilinear(level: &Level, wrap: [Wrap; 2], uv: [f64; 2]) -> [f64; BANDS] {
+fn bilinear(level: &MipLevel, wrap: [Wrap; 2], uv: [f64; 2]) -> [f64; BANDS] {
     let counts = [level.width, level.height];
     let place = |axis: usize| {
         let folded = match wrap[axis] {

@@ -2,7 +2,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use super::super::bvh::Block;
+use super::super::bvh::TriangleBlock;
 use super::super::lanes::{Eight, Floats, LANES, Mask};
 use super::super::vectors::dot;
 use super::packet::{Hits, Holes};
@@ -23,7 +23,7 @@ pub type Corners = [[Eight; 3]; 3];
 pub fn meet<H: Holes, const ANY: bool, const SHARED: bool>(
     rays: &Rays,
     holes: &H,
-    block: &Block,
+    block: &TriangleBlock,
     pad_m: f32,
     hits: &mut Hits,
 ) -> bool {
@@ -41,7 +41,7 @@ pub fn meet<H: Holes, const ANY: bool, const SHARED: bool>(
 
 /// Corners relative to the span's origin.
 #[inline(always)]
-pub fn relative_corners(rays: &Rays, block: &Block) -> Corners {
+pub fn relative_corners(rays: &Rays, block: &TriangleBlock) -> Corners {
     let mut corners = [[Eight::splat(0.0); 3]; 3];
     for corner in 0..3 {
         for place in 0..3 {
@@ -91,7 +91,7 @@ pub fn candidates<const SHARED: bool>(rays: &Rays, corners: &Corners) -> u64 {
 
 /// One triangle of a block, with all its corners relative to the span's origin.
 pub struct Candidate<'a> {
-    pub block: &'a Block,
+    pub block: &'a TriangleBlock,
     pub slot: usize,
     pub corners: &'a Corners,
     pub pad_m: f32,
@@ -181,17 +181,21 @@ pub fn take<H: Holes, const ANY: bool, const SHARED: bool>(
     if !inside.any() {
         return false;
     }
+    let (near, far) = candidate.slabs(rays);
+    let reached = inside & near.at_most(far) & near.at_most(hits.t);
+    if !reached.any() {
+        return false;
+    }
     let (slope, height) = candidate.plane::<SHARED>(rays);
     let (mut raw, mut share) = (zero, weight_a + weight_b + weight_c);
     for lane in 0..LANES {
         raw.0[lane] = height.0[lane] / slope.0[lane];
         share.0[lane] = 1.0 / share.0[lane];
     }
-    let (near, far) = candidate.slabs(rays);
     let (t, known) = (raw.greater(near).lesser(far), hits.t);
     // A triangle seen exactly edge-on gives an infinite or undefined distance.
     let finite = Floats::splat(f32::MIN).at_most(raw) & raw.at_most(Floats::splat(f32::MAX));
-    let within = inside & finite & near.at_most(far) & rays.t_min.at_most(t) & t.at_most(known);
+    let within = reached & finite & rays.t_min.at_most(t) & t.at_most(known);
     let triangle = candidate.block.triangle[candidate.slot];
     let mut lower = [0; LANES];
     for lane in 0..LANES {

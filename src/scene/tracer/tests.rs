@@ -5,12 +5,12 @@ use super::*;
 use crate::draw::DrawKey;
 use crate::num::{f32_nearest, f64_from_usize, u64_from};
 use crate::scene::box_room::box_room;
-use crate::scene::bvh::Block;
+use crate::scene::bvh::TriangleBlock;
 use crate::scene::chance::pair;
 
 /// The slow twin: every ray by itself against every triangle, in the order of the list, without boxes and without spans.
 fn closest_by_trying_all<H: Holes>(bvh: &Bvh, holes: &H, packet: &Packet) -> Hits {
-    let slots = |block: &Block| usize::try_from(block.present.count_ones() / 8).unwrap();
+    let slots = |block: &TriangleBlock| usize::try_from(block.present.count_ones() / 8).unwrap();
     let mut places: Vec<_> =
         bvh.blocks.iter().flat_map(|block| (0..slots(block)).map(move |slot| (block, slot))).collect();
     places.sort_by_key(|(block, slot)| block.triangle[*slot]);
