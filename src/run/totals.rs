@@ -105,8 +105,8 @@ impl LinkTotals {
         let (features, frames) = (self.features_dropped, self.frames_dropping);
         if features > 0 {
             warnings.add(format!(
-                "{features} features in {frames} camera frames were dropped, because the link had no time for them before the next frame; a \
-                 lower compute.target_features (0 sets no limit), a faster link or a longer frame avoids that"
+                "{features} features in {frames} camera frames were dropped, because the link had no time for them before the next \
+                 frame; a lower compute.target_features (0 sets no limit), a faster link or a longer frame avoids that"
             ));
         }
     }
