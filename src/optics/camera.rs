@@ -16,7 +16,7 @@ use crate::scene::Illuminant;
 use crate::scene::light::BANDS;
 use crate::units::Size;
 
-/// How the cone of light behind the lens is taken (DESIGN: photometry).
+/// How the cone of light behind the lens is taken (docs/light.md).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pupil {
     /// `E = pi L T / (1 + 4 N^2)`: the exit pupil is a flat disc.

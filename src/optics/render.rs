@@ -169,7 +169,7 @@ fn stratified_by_pixel(picture: &FrameRender, samples: u32) -> Exposure {
     let width = picture.width();
     let mut estimates = allocation::first_estimates(&seen, width, 1, saturation_photons);
     for Refined { at, pixel_samples } in &refined {
-        estimates[*at] = Estimate::refined(pixel_samples);
+        estimates[*at] = Estimate::refined(pixel_samples.photons, pixel_samples.variance(), 1, samples);
     }
     with_stated_error(picture, estimates, &seen, 1, &rule)
 }
@@ -203,8 +203,9 @@ fn to_target(picture: &FrameRender, given: Option<f32>) -> FixedPicture {
         let mut grown = false;
         for Refined { at, pixel_samples } in &refined {
             let estimate = &mut estimates[*at];
-            grown |= pixel_samples.samples != estimate.samples;
-            *estimate = Estimate::refined(pixel_samples);
+            grown |= first_batch + pixel_samples.samples != estimate.samples;
+            *estimate =
+                Estimate::refined(pixel_samples.photons, pixel_samples.variance(), first_batch, pixel_samples.samples);
         }
         if !grown {
             break;
@@ -230,11 +231,11 @@ fn with_stated_error(
     let kept = estimates.iter_mut().enumerate().filter(|(at, _)| !picture.is_rendered(*at));
     kept.for_each(|(_, estimate)| estimate.photons = 0.0);
     let replicates = replicate::choose(&estimates, width, saturation_photons, key.with(REPLICATE_KEY));
-    let (others, more) = picture.replicates(&replicates, &estimates, seen, rule);
+    let (others, more) = picture.replicates(&replicates, &estimates, seen, first_batch, rule);
     let ratio = replicate::variance_ratio(&estimates, &replicates, &others, saturation_photons);
     let is_rendered = |(at, _): &(usize, &Estimate)| picture.is_rendered(*at);
     let first = estimates.iter().enumerate().filter(is_rendered);
-    let rays = first.map(|(_, estimate)| u64::from(estimate.rays(first_batch))).sum::<u64>() + more;
+    let rays = first.map(|(_, estimate)| u64::from(estimate.samples)).sum::<u64>() + more;
     let photons = plane(picture.view.camera, estimates.iter().map(|estimate| estimate.photons));
     Exposure { photons, render_variance_ratio: ratio * electrons_per_photon, rays }
 }

@@ -1,6 +1,6 @@
 //! Reset noise. Adds the thermal noise of the resets that sampling does not remove, in microvolts.
 //!
-//! Model: sampling a capacitor leaves kT/C; at the ADC's input sqrt(A k T g / q) a reset (DESIGN: sensing). Double sampling
+//! Model: sampling a capacitor leaves kT/C; at the ADC's input sqrt(A k T g / q) a reset. Double sampling
 //! removes it where both samples share a reset (4T, 6T), doubles its variance where they do not (3T, 5T). The part that both
 //! samples of one reset share is left out of both: it moves a conversion along the ramp and cancels in the difference.
 

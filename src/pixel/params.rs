@@ -261,7 +261,7 @@ pub(crate) mod tests {
 
     #[test]
     fn ktc_noise_follows_from_gain_and_temperature_as_the_design_says() {
-        // DESIGN: 10 uV/e-, 300 K, A 0.85 give 469 uV, rounded to three digits.
+        // 10 uV/e-, 300 K, A 0.85 give 469 uV, rounded to three digits.
         assert!((paper_pixel().ktc_of_one_reset_uv() - 469.0).abs() < 0.5);
         assert_eq!(PixelParams { ktc_noise_uv: Some(7.0), ..paper_pixel() }.ktc_of_one_reset_uv(), 7.0);
     }

@@ -90,7 +90,7 @@ impl Illuminant {
         }
     }
 
-    /// Photons of 400 to 700 nm in one lux over one second and one square micrometre (DESIGN: photometry).
+    /// Photons of 400 to 700 nm in one lux over one second and one square micrometre (docs/light.md).
     pub fn photons_per_lux_s_um2(self) -> f64 {
         let [red, green, blue, _] = self.photons_by_band();
         red + green + blue

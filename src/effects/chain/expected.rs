@@ -3,8 +3,8 @@
 //! Patterns of the die and all else that is not drawn in each frame act on the mean as they do on a sample; through what is not linear
 //! among them two points, a sigma above and below, carry mean and variance (exact to the third order of a normal; Julier and
 //! Uhlmann 2004). Draws add their mean and variance: Poisson counts the mean, a binomial loss s the variance s (1 - s) N, a full
-//! well clips a normal. The converters' part is in `adc/expected`. Effects that are not in `HANDLED` have no closed form here and are
-//! refused by name: defects with random draws, traps, clock jitter, and what spreads charge between pixels or frames.
+//! well clips a normal. The converters' part is in `adc/expected`. Effects that are in neither `STANDING` nor `DRAWN` have no closed form
+//! here and are refused by name: defects with random draws, traps, clock jitter, and what spreads charge between pixels or frames.
 
 use super::row::RowBuffers;
 use super::state::{Capture, Chain, ROWS_PER_CHUNK, RowTimes};

@@ -6,7 +6,6 @@
 //! meets its target.
 
 use super::first_batch::{FirstBatch, LEFT_TYPICAL};
-use super::pixel_samples::PixelSamples;
 use crate::num::{f32_from_u32, f32_nearest, f64_from_usize, index, u32_from};
 use crate::parallel::collected;
 
@@ -17,7 +16,7 @@ pub struct Estimate {
     pub photons: f32,
     /// Estimated variance of that mean.
     pub variance: f32,
-    /// Number of samples of that mean.
+    /// Number of samples.
     pub samples: u32,
     /// How the pixel was sampled.
     pub stage: Stage,
@@ -49,13 +48,8 @@ impl Estimate {
     }
 
     /// Of a refined pixel.
-    pub fn refined(of: &PixelSamples) -> Self {
-        Self { photons: of.photons, variance: of.variance(), samples: of.samples, stage: Stage::Refined }
-    }
-
-    /// Rays of the pixel. The mean of a refined one leaves out the samples of its first batch.
-    pub fn rays(&self, first_batch: u32) -> u32 {
-        self.samples + if self.stage == Stage::Refined { first_batch } else { 0 }
+    pub fn refined(photons: f32, variance: f32, first_batch: u32, refined: u32) -> Self {
+        Self { photons, variance, samples: first_batch + refined, stage: Stage::Refined }
     }
 
     /// Whether it rests on fewer samples than a refinement begins with.
@@ -179,8 +173,6 @@ pub fn first_estimates(seen: &[FirstBatch], width: usize, samples: u32, saturati
 
 /// Steps of the table of gains: quarters of an octave.
 const STEPS: usize = 1 << 10;
-/// Half a step: an eighth of an octave.
-const HALF_A_STEP: f64 = 1.090_507_732_665_257_7;
 /// Low bits of a gain that are not part of its step's number.
 const BELOW: u32 = 21;
 /// The variance of a pixel falls as n^-FALL, as in `fallen`.
@@ -200,11 +192,6 @@ struct Step {
 /// Share of the variance that remains after this many times the samples.
 fn fallen(times: f64) -> f64 {
     1.0 / (times * times.sqrt())
-}
-
-/// The least power of two that is no less than a number, and 1 at least: samples are doubled until they suffice.
-fn doubled(times: f64) -> f64 {
-    libm::exp2(libm::ceil(libm::log2(crate::num::greater(times, 1.0))))
 }
 
 /// Marginal gain below which no pixel needs more samples for a mean of variance over photons of `target`; none where that is met.
@@ -238,11 +225,9 @@ pub fn least_gain(estimates: &[Estimate], target: f64, saturation_photons: f32) 
                 remaining += step.few + step.many;
                 continue;
             }
-            // The gains of a step lie about its middle.
-            let times = libm::pow(gain(number) / gain(least) * HALF_A_STEP, 1.0 / (1.0 + FALL));
-            let initial = f64::from(INITIAL_SAMPLES);
-            let of_few = initial * doubled(f64::from(FIRST_BATCH_WEIGHT) / initial * times);
-            remaining += step.few_at_one * fallen(of_few) + step.many * fallen(doubled(times));
+            let times = libm::pow(gain(number) / gain(least), 1.0 / (1.0 + FALL));
+            let of_few = crate::num::greater(f64::from(INITIAL_SAMPLES), f64::from(FIRST_BATCH_WEIGHT) * times);
+            remaining += step.few_at_one * fallen(of_few) + step.many * fallen(times);
         }
         remaining
     };
@@ -286,13 +271,9 @@ mod tests {
             };
             let estimates: Vec<Estimate> = (0..5_000).map(of).collect();
             let level = f64::from(least_gain(&estimates, target, f32::INFINITY).unwrap());
-            // Samples are doubled until the gain is below the level.
             let after = |estimate: &Estimate| {
                 let (ratio, gain) = (f64::from(estimate.ratio()), f64::from(estimate.marginal_gain()));
-                let mut times = 1.0;
-                while gain / (times * times * f64::sqrt(times)) >= level {
-                    times *= 2.0;
-                }
+                let times = if gain > level { libm::pow(gain / level, 1.0 / (1.0 + FALL)) } else { 1.0 };
                 ratio / (times * times.sqrt())
             };
             let mean = estimates.iter().map(after).sum::<f64>() / 5_000.0;

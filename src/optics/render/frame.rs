@@ -222,6 +222,7 @@ impl<'a> FrameRender<'a> {
         replicates: &[Replicate],
         estimates: &[Estimate],
         seen: &[FirstBatch],
+        first_batch: u32,
         rule: &StoppingRule,
     ) -> (Vec<[f32; 2]>, u64) {
         const EACH: usize = CHUNK / 4;
@@ -243,7 +244,10 @@ impl<'a> FrameRender<'a> {
                 };
                 match estimates[at].stage {
                     Stage::Refined => {
-                        let (photons_of_replicate, rays) = replicate_of(OF_REPLICATE, estimates[at].samples);
+                        // A given number has rays beside it, which a replicate chooses for itself.
+                        let grown = estimates[at].samples - first_batch;
+                        let samples_of_replicate = if rule.share.is_some() { rule.samples } else { grown };
+                        let (photons_of_replicate, rays) = replicate_of(OF_REPLICATE, samples_of_replicate);
                         (*photons, *samples) = ([photons_of_replicate; 2], rays);
                     }
                     Stage::First => {
