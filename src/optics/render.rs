@@ -8,7 +8,7 @@
 //!    until each pixel is below it.
 //! 4. `replicate`: sample a few pixels again with other samples, to state the error.
 //!
-//! Under these lie the sample points (`sobol`, `shear`), the rays (`rays`, `reflect`, `shadows`, `objects`, `among`) and texture
+//! Under these lie the sample points (`draw/sobol`, `shear`), the rays (`rays`, `reflect`, `shadows`, `objects`, `among`) and texture
 //! footprints (`footprint`). `frame` runs the steps over a picture on all cores.
 
 mod allocation;
@@ -25,7 +25,6 @@ mod replicate;
 mod settings;
 mod shadows;
 mod shear;
-mod sobol;
 mod tile;
 mod view;
 

@@ -10,6 +10,7 @@ use super::replicate::Replicate;
 use super::settings::{COLUMNS, ROWS, Sampling};
 use super::tile::{Pass, Rows};
 use super::view::View;
+use crate::draw::sobol::SHARED_BITS;
 use crate::num::{f32_from_u32, f32_nearest, index, u32_from, u64_from};
 use crate::optics::motion::Timeline;
 use crate::parallel::{collected, over_chunks};
@@ -140,7 +141,7 @@ impl<'a> FrameRender<'a> {
         let share = |samples: u32| 1.0 / f32_from_u32(samples).sqrt();
         // A still picture is filtered for itself, and not along the motion.
         let shares = if subframes > 0 { [share(each), 0.0] } else { [share(count); 2] };
-        let strata_log2 = count.ilog2().min(super::sobol::SHARED_BITS);
+        let strata_log2 = count.ilog2().min(SHARED_BITS);
         let pass = Pass { count, shares, subframes, each, strata_log2 };
         let mut seen = vec![FirstBatch::NONE; self.width() * self.shutter.len()];
         over_chunks(&mut seen, self.width() * ROWS, |group, seen| self.first_batch_rows(&pass, group, seen));

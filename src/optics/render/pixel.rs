@@ -13,8 +13,8 @@ use super::objects::{Instants, ObjectInView, Objects};
 use super::pixel_samples::{OF_BEFORE, PixelSamples};
 use super::settings::{COLUMNS, ROWS};
 use super::shear::sheared_lanes;
-use super::sobol::points;
 use super::view::{Aim, PacketPixels, View};
+use crate::draw::sobol::points;
 use crate::draw::{DrawKey, mix};
 use crate::num::{f32_from_u32, f32_nearest, index, low_u32, u32_from, u32_truncated_f32};
 use crate::optics::motion::{PacketMotion, Timeline};
@@ -195,7 +195,8 @@ impl Kernel for Refinement<'_> {
                 for lane in 0..LANES {
                     numbers[lane] += LANE_NUMBERS[lane];
                 }
-                let sheared = sheared_lanes(points(&numbers, seeds), velocity_px, count);
+                let [p, q, w] = points(&numbers, seeds);
+                let sheared = sheared_lanes([Floats(p), Floats(q), Floats(w)], velocity_px, count);
                 let samples = Samples {
                     place: sheared.place,
                     lanes,

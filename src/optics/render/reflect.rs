@@ -4,8 +4,8 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use super::sobol::{fifth, fourth};
 use super::view::{Aim, Filter, PacketPixels, Traced, View};
+use crate::draw::sobol::{fifth, fourth};
 use crate::scene::lanes::{Floats, LANES};
 use crate::scene::light::BANDS;
 use crate::scene::lit::BOUNCES_MAX;

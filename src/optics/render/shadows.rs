@@ -4,8 +4,8 @@
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 use super::objects::Objects;
-use super::sobol::{fifth, fourth};
 use super::view::{Aim, Traced, View};
+use crate::draw::sobol::{fifth, fourth};
 use crate::num::u32_from;
 use crate::optics::motion::Turns;
 use crate::scene::bake::Aimed;

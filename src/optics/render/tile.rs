@@ -6,8 +6,8 @@ use super::first_batch::{FirstBatch, Nearest, Quarters};
 use super::footprint::SampleShare;
 use super::objects::{Instants, ObjectInView, Objects};
 use super::settings::{COLUMNS, ROWS};
-use super::sobol::{self, SamplePoint, Seeds};
 use super::view::{Aim, PacketPixels, View};
+use crate::draw::sobol::{self, SamplePoint, Seeds};
 use crate::draw::{DrawKey, mix};
 use crate::num::{f32_from_u32, index, low_u32, u32_from, u32_truncated_f32, u64_from};
 use crate::optics::motion::{PacketMotion, Timeline};
@@ -34,8 +34,8 @@ pub struct Pass {
 impl Pass {
     /// The stratum of time of a sample among those that the lamps' level is known for.
     #[inline(always)]
-    fn stratum(&self, number: u32, place: &SamplePoint) -> usize {
-        if self.subframes > 0 { index(number / self.each) } else { sobol::stratum(place.shared, self.strata_log2) }
+    fn stratum(&self, number: u32, shared: u32) -> usize {
+        if self.subframes > 0 { index(number / self.each) } else { sobol::stratum(shared, self.strata_log2) }
     }
 }
 
@@ -91,7 +91,7 @@ impl Kernel for Rows<'_> {
 
 impl Rows<'_> {
     #[inline(always)]
-    fn pixels(&self, first: usize, width: usize) -> (PacketPixels, Seeds) {
+    fn pixels(&self, first: usize, width: usize) -> (PacketPixels, Seeds<LANES>) {
         let mut pixels = PacketPixels::NONE;
         let mut seeds =
             Seeds { lanes: [[0; LANES]; 3], packet: low_u32(self.keys[0].with(u64_from(first) | 1 << 40).0) };
@@ -113,26 +113,27 @@ impl Rows<'_> {
 
     /// Mean photons of the pass's samples, by quarters of the pass, and the nearest surface of each pixel.
     #[inline(always)]
-    fn gather(&self, pixels: &PacketPixels, seeds: &Seeds, stack: &mut Stack) -> (Quarters, [Nearest; LANES]) {
+    fn gather(&self, pixels: &PacketPixels, seeds: &Seeds<LANES>, stack: &mut Stack) -> (Quarters, [Nearest; LANES]) {
         let mut parts = Quarters::new(self.pass.count);
         let mut nearest = [Nearest::NONE; LANES];
         let shares = SampleShare::new(self.pass.shares[0], self.pass.shares[1]);
         let pieces = f32_from_u32(u32_from(self.timeline.pieces.len()));
         for number in 0..self.pass.count {
-            let mut place = sobol::place(number, seeds);
-            let stratum = self.pass.stratum(number, &place);
+            let SamplePoint { place: [x, y, t], shared } = sobol::place(number, seeds);
+            let [x, y, mut t] = [Floats(x), Floats(y), Floats(t)];
+            let stratum = self.pass.stratum(number, shared);
             let mut piece = 0;
             if self.pass.subframes > 0 {
-                let t = (f32_from_u32(number / self.pass.each) + 0.5) / f32_from_u32(self.pass.subframes);
-                place.t = Floats::splat(t);
-                piece = index(u32_truncated_f32(t * pieces));
+                let middle = (f32_from_u32(number / self.pass.each) + 0.5) / f32_from_u32(self.pass.subframes);
+                t = Floats::splat(middle);
+                piece = index(u32_truncated_f32(middle * pieces));
             } else if !self.timeline.is_still {
-                piece = sobol::stratum(place.shared, self.timeline.pieces.len().trailing_zeros());
+                piece = sobol::stratum(shared, self.timeline.pieces.len().trailing_zeros());
             }
             let aim = Aim {
-                place: [place.x, place.y, place.t],
+                place: [x, y, t],
                 motion: PacketMotion::ByLane(&self.timeline.pieces[piece]),
-                share: place.t * Floats::splat(pieces) - Floats::splat(f32_from_u32(u32_from(piece))),
+                share: t * Floats::splat(pieces) - Floats::splat(f32_from_u32(u32_from(piece))),
                 pieces: if self.timeline.is_still { 0.0 } else { pieces },
                 lamp_levels: &self.lamp_levels[stratum],
                 lanes: LANES,

@@ -4,18 +4,16 @@
 //! with the constants of Vegdahl 2021). Every aligned block of a power of two is stratified: x with y as a (0, m, 2)-net, x, y and t
 //! together as a (1, m, 3)-net in base 2. So batches that double their number keep what earlier ones have.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 use crate::num::{f32_from_u32, index};
-use crate::scene::lanes::{Floats, LANES};
 
 /// Dimensions of a sample: x, y, t, and two for a rough reflection.
-pub const DIMENSIONS: usize = 5;
+const DIMENSIONS: usize = 5;
 
 /// The leading bits of a time that the pixels of a packet share, so that their rays stay together.
 pub const SHARED_BITS: u32 = 4;
 
 /// Directions of the first five dimensions: of degree 0 (van der Corput), then of primitive polynomials 1, 3, 7 in binary and so on.
+/// Their bits stand in reverse: the highest lowest, as scrambling wants it.
 const DIRECTIONS: [[u32; 32]; DIMENSIONS] = [
     van_der_corput(),
     directions(1, 0, [1, 0, 0]),
@@ -28,7 +26,7 @@ const fn van_der_corput() -> [u32; 32] {
     let mut all = [0; 32];
     let mut bit = 0;
     while bit < 32 {
-        all[bit] = 1 << (31 - bit);
+        all[bit] = 1 << bit;
         bit += 1;
     }
     all
@@ -54,12 +52,17 @@ const fn directions(degree: usize, a: u32, m: [u32; 3]) -> [u32; 32] {
         };
         bit += 1;
     }
+    let mut bit = 0;
+    while bit < 32 {
+        all[bit] = all[bit].reverse_bits();
+        bit += 1;
+    }
     all
 }
 
-/// A Sobol' number with its bits in reverse: the highest stands lowest, as scrambling wants it.
+/// A Sobol' number with its bits in reverse.
 #[inline(always)]
-pub fn sobol_reversed(dimension: usize, number: u32) -> u32 {
+fn sobol_reversed(dimension: usize, number: u32) -> u32 {
     let (mut bits, mut left, mut bit) = (0, number, 0);
     while left != 0 {
         if left & 1 == 1 {
@@ -68,42 +71,27 @@ pub fn sobol_reversed(dimension: usize, number: u32) -> u32 {
         left >>= 1;
         bit += 1;
     }
-    bits.reverse_bits()
+    bits
 }
-
-/// The same directions with their bits in reverse.
-const REVERSED: [[u32; 32]; DIMENSIONS] = {
-    let mut all = DIRECTIONS;
-    let mut dimension = 0;
-    while dimension < DIMENSIONS {
-        let mut bit = 0;
-        while bit < 32 {
-            all[dimension][bit] = all[dimension][bit].reverse_bits();
-            bit += 1;
-        }
-        dimension += 1;
-    }
-    all
-};
 
 /// The first three dimensions of the points of some numbers, scrambled by a seed each, side by side.
 #[inline(always)]
-pub fn points(numbers: &[u32; LANES], seeds: [u32; 3]) -> [Floats; 3] {
+pub fn points<const LANES: usize>(numbers: &[u32; LANES], seeds: [u32; 3]) -> [[f32; LANES]; 3] {
     let mut all = 0;
     for lane in 0..LANES {
         all |= numbers[lane];
     }
-    let mut points = [Floats::splat(0.0); 3];
+    let mut points = [[0.0; LANES]; 3];
     for axis in 0..3 {
         let mut reversed = [0_u32; LANES];
         for bit in 0..index(u32::BITS - all.leading_zeros()) {
-            let direction = REVERSED[axis][bit];
+            let direction = DIRECTIONS[axis][bit];
             for lane in 0..LANES {
                 reversed[lane] ^= direction & 0_u32.wrapping_sub(numbers[lane] >> bit & 1);
             }
         }
         for lane in 0..LANES {
-            points[axis].0[lane] = unit(scrambled(reversed[lane], seeds[axis]));
+            points[axis][lane] = unit(scrambled(reversed[lane], seeds[axis]));
         }
     }
     points
@@ -111,7 +99,7 @@ pub fn points(numbers: &[u32; LANES], seeds: [u32; 3]) -> [Floats; 3] {
 
 /// Nested uniform scrambling of a number given in reverse; the result stands the right way round.
 #[inline(always)]
-pub fn scrambled(reversed: u32, seed: u32) -> u32 {
+fn scrambled(reversed: u32, seed: u32) -> u32 {
     let mut x = reversed;
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);
@@ -123,13 +111,13 @@ pub fn scrambled(reversed: u32, seed: u32) -> u32 {
 
 /// The top 24 bits as a number of 0..1.
 #[inline(always)]
-pub fn unit(bits: u32) -> f32 {
+fn unit(bits: u32) -> f32 {
     f32_from_u32(bits >> 8) * (1.0 / 16_777_216.0)
 }
 
-/// Seeds of a packet's lanes.
+/// Seeds of the pixels of a packet, one a lane.
 #[derive(Clone, Copy, Debug)]
-pub struct Seeds {
+pub struct Seeds<const LANES: usize> {
     /// Of x, y and t, by lane.
     pub lanes: [[u32; LANES]; 3],
     /// Of the leading bits of time.
@@ -138,30 +126,26 @@ pub struct Seeds {
 
 /// Samples of one number, by lane.
 #[derive(Clone, Copy, Debug)]
-pub struct SamplePoint {
-    /// To the right of the pixel's left edge, downwards from its upper edge, and of the exposure.
-    pub x: Floats,
-    /// Downwards.
-    pub y: Floats,
-    /// Share of the exposure that is over.
-    pub t: Floats,
-    /// The leading bits of every lane's `t`, at the top of the word.
+pub struct SamplePoint<const LANES: usize> {
+    /// Shares of the way to the right and downwards through the pixel, and of the exposure.
+    pub place: [[f32; LANES]; 3],
+    /// The leading bits of every lane's time, at the top of the word.
     pub shared: u32,
 }
 
 /// Places and times of a packet's sample of one number.
 #[inline(always)]
-pub fn place(number: u32, seeds: &Seeds) -> SamplePoint {
+pub fn place<const LANES: usize>(number: u32, seeds: &Seeds<LANES>) -> SamplePoint<LANES> {
     let [x, y, t] = [0, 1, 2].map(|dimension| sobol_reversed(dimension, number));
     let shared = scrambled(t, seeds.packet) & !(u32::MAX >> SHARED_BITS);
-    let mut place = SamplePoint { x: Floats::splat(0.0), y: Floats::splat(0.0), t: Floats::splat(0.0), shared };
+    let mut place = [[0.0; LANES]; 3];
     for lane in 0..LANES {
-        place.x.0[lane] = unit(scrambled(x, seeds.lanes[0][lane]));
-        place.y.0[lane] = unit(scrambled(y, seeds.lanes[1][lane]));
+        place[0][lane] = unit(scrambled(x, seeds.lanes[0][lane]));
+        place[1][lane] = unit(scrambled(y, seeds.lanes[1][lane]));
         // Which way a lower bit is turned may depend on any higher one, so lanes may part below the shared bits.
-        place.t.0[lane] = unit(shared | (scrambled(t, seeds.lanes[2][lane]) & (u32::MAX >> SHARED_BITS)));
+        place[2][lane] = unit(shared | (scrambled(t, seeds.lanes[2][lane]) & (u32::MAX >> SHARED_BITS)));
     }
-    place
+    SamplePoint { place, shared }
 }
 
 /// The fourth coordinate of a sample, for what is chosen at a bounce: the microfacet of a rough reflection, or a point on a source.
@@ -192,22 +176,20 @@ pub fn stratum(shared: u32, strata_log2: u32) -> usize {
 mod tests {
     use super::*;
     use crate::draw::DrawKey;
-    use crate::num::low_u32;
+    use crate::num::{low_u32, u32_truncated_f32, u64_from};
 
-    fn seeds(case: u64) -> Seeds {
+    const LANES: usize = 16;
+
+    fn seeds(case: u64) -> Seeds<LANES> {
         let key = DrawKey::root(case);
-        let lane = |dimension: u64, lane: usize| low_u32(key.with(dimension).with(crate::num::u64_from(lane)).0);
+        let lane = |dimension: u64, lane: usize| low_u32(key.with(dimension).with(u64_from(lane)).0);
         Seeds { lanes: [0, 1, 2].map(|d| std::array::from_fn(|l| lane(d, l))), packet: low_u32(key.with(9).0) }
     }
 
     /// Points of one lane in units of 2^-24.
-    fn points(first: u32, count: u32, seeds: &Seeds, lane: usize) -> Vec<[u32; 3]> {
-        let whole = |share: f32| crate::num::u32_truncated_f32(share * 16_777_216.0);
-        let point = |number| {
-            let place = place(number, seeds);
-            [place.x.0[lane], place.y.0[lane], place.t.0[lane]].map(whole)
-        };
-        (first..first + count).map(point).collect()
+    fn points(first: u32, count: u32, seeds: &Seeds<LANES>, lane: usize) -> Vec<[u32; 3]> {
+        let whole = |shares: [f32; LANES]| u32_truncated_f32(shares[lane] * 16_777_216.0);
+        (first..first + count).map(|number| place(number, seeds).place.map(whole)).collect()
     }
 
     /// How many points lie in each box of 2^-a by 2^-b by 2^-c.
@@ -253,11 +235,11 @@ mod tests {
         let seeds = seeds(4);
         let mut parted = 0;
         for number in 0..64 {
-            let place = place(number, &seeds);
-            let sixteenth = stratum(place.shared, SHARED_BITS);
+            let SamplePoint { place: [_, _, t], shared } = place(number, &seeds);
+            let sixteenth = stratum(shared, SHARED_BITS);
             for lane in 0..LANES {
-                assert_eq!(index(crate::num::u32_truncated_f32(place.t.0[lane] * 16.0)), sixteenth);
-                parted += u32::from(place.t.0[lane].to_bits() != place.t.0[0].to_bits());
+                assert_eq!(index(u32_truncated_f32(t[lane] * 16.0)), sixteenth);
+                parted += u32::from(t[lane].to_bits() != t[0].to_bits());
             }
         }
         assert!(parted > 900, "{parted}");
