@@ -9,12 +9,11 @@
 //! 4. `replicate`: sample a few pixels again with other samples, to state the error.
 //!
 //! Under these lie the sample points (`draw/sobol`, `shear`), the rays (`rays`, `reflect`, `shadows`, `objects`, `among`) and texture
-//! footprints (`footprint`). `frame` runs the steps over a picture on all cores.
+//! footprints (`scene/texture/footprint`). `frame` runs the steps over a picture on all cores.
 
 mod allocation;
 mod among;
 mod pixel_samples;
-mod footprint;
 mod frame;
 mod first_batch;
 mod objects;

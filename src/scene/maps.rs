@@ -58,7 +58,7 @@ impl Footprint {
         Self {
             shift_texels: scaled(self.shift_texels),
             step_texels: scaled(self.step_texels),
-            // A level of the finest texels adds nothing to what a look-up averages over (`optics/render/footprint`).
+            // A level of the finest texels adds nothing to what a look-up averages over (`texture/footprint`).
             area_texels2: 1.0 + (self.area_texels2 - 1.0) * scale[0] * scale[1],
             ..*self
         }

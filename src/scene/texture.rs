@@ -5,6 +5,7 @@
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 mod alike;
+pub mod footprint;
 #[cfg(feature = "pictures")]
 pub mod picture;
 

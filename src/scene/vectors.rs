@@ -3,11 +3,13 @@
 use crate::num::f32_nearest;
 
 /// Scalar product.
+#[inline(always)]
 pub fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Difference.
+#[inline(always)]
 pub fn sub(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }

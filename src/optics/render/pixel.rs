@@ -8,7 +8,6 @@
 pub use super::allocation::{INITIAL_SAMPLES, STRATA};
 use super::allocation::{may_count, ratio};
 use super::first_batch::Nearest;
-use super::footprint::SampleShare;
 use super::objects::{Instants, ObjectInView, Objects};
 use super::pixel_samples::{OF_BEFORE, PixelSamples};
 use super::settings::{COLUMNS, ROWS};
@@ -20,6 +19,7 @@ use crate::num::{f32_from_u32, f32_nearest, index, low_u32, u32_from, u32_trunca
 use crate::optics::motion::{PacketMotion, Timeline};
 use crate::scene::lanes::{Floats, LANES};
 use crate::scene::light::Bands;
+use crate::scene::texture::footprint::SampleShare;
 use crate::scene::tracer::Stack;
 use crate::simd::{Kernel, dispatch};
 

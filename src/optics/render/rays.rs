@@ -3,7 +3,6 @@
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 use super::among::AmongObjects;
-use super::footprint::{Differentials, Look, footprint};
 use super::reflect::Reflection;
 use super::shadows::{EdgeShadows, ObjectShadows, OnSurface};
 pub use super::view::{Aim, PacketPixels, View};
@@ -15,6 +14,7 @@ use crate::scene::light::{BANDS, Bands};
 use crate::scene::lit::{Face, MapTexels, OnTriangle, by_band};
 use crate::scene::mesh::BackfaceCulled;
 use crate::scene::texture::Footprint;
+use crate::scene::texture::footprint::{Differentials, Look, footprint};
 use crate::scene::tracer::{MISS, Packet, Stack, closest_inline_through};
 use crate::simd::{Kernel, dispatch};
 

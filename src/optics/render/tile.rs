@@ -3,7 +3,6 @@
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 use super::first_batch::{FirstBatch, Nearest, Quarters};
-use super::footprint::SampleShare;
 use super::objects::{Instants, ObjectInView, Objects};
 use super::settings::{COLUMNS, ROWS};
 use super::view::{Aim, PacketPixels, View};
@@ -13,6 +12,7 @@ use crate::num::{f32_from_u32, index, low_u32, u32_from, u32_truncated_f32, u64_
 use crate::optics::motion::{PacketMotion, Timeline};
 use crate::scene::lanes::{Floats, LANES};
 use crate::scene::light::Bands;
+use crate::scene::texture::footprint::SampleShare;
 use crate::scene::tracer::Stack;
 use crate::simd::Kernel;
 

@@ -4,12 +4,12 @@
 
 use super::super::camera::Camera;
 use super::super::motion::{PacketMotion, Turns};
-use super::footprint::SampleShare;
 use super::objects::Objects;
 use super::settings::Sampling;
 use crate::scene::LitScene;
 use crate::scene::lanes::{Floats, LANES, Vectors};
 use crate::scene::light::BANDS;
+use crate::scene::texture::footprint::SampleShare;
 use crate::scene::tracer::{Hits, Packet};
 
 /// What all rays of a render share.

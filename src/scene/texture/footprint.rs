@@ -5,11 +5,10 @@
 //! that of their filters sum to the pixel's own: to second order nothing is blurred twice, at any N. The step of a sharp edge is
 //! rounded by f / 8 of its contrast at most.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
+use super::super::lanes::Floats;
+use super::super::vectors::dot;
+use super::{Footprint, TAPS_MAX};
 use crate::num::{f32_from_u32, u32_truncated_f32};
-use crate::scene::lanes::Floats;
-use crate::scene::texture::{Footprint, TAPS_MAX};
 
 /// Where the look-ups of a packet's samples go.
 #[derive(Clone, Copy, Debug)]
@@ -64,18 +63,6 @@ fn to_middle(share: f32) -> f32 {
     1.0 - (1.0 - share * share).sqrt()
 }
 
-/// How one step moves a hit, in texels: the ray's end follows the surface's plane along the ray.
-#[inline(always)]
-fn moved(normal: [f32; 3], slopes: [[f32; 3]; 2], along: [f32; 2], per_cos: f32, step: [f32; 3]) -> [f32; 2] {
-    let behind = dot(normal, step) * per_cos;
-    [dot(slopes[0], step) - along[0] * behind, dot(slopes[1], step) - along[1] * behind]
-}
-
-#[inline(always)]
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
 /// How near to a mip level one level serves. The wrong one's variance is off by 1.2 of this at most in units of the look-up's own,
 /// which is share^2 of the pixel's: under 4 % of the pixel's at any number of samples, and one level is half of a look-up's cost.
 #[inline(always)]
@@ -84,67 +71,13 @@ fn snap(share: f32) -> f32 {
     if wanted < 0.5 { wanted } else { 0.5 }
 }
 
-/// What one sample stands for on its texture, in texels.
-struct Form {
-    /// For a pixel to the right, a pixel down, and over the whole exposure.
-    right: [f32; 2],
-    down: [f32; 2],
-    travel: [f32; 2],
-    /// How much nearer to the pixel's middle, and to the exposure's, the look-up is moved.
-    to_pixel: f32,
-    to_middle: f32,
-    /// The look-up's row of places and the area of its level's texels.
-    step: [f32; 2],
-    taps: f32,
-    area: f32,
-}
-
-impl Form {
-    /// Of a ray that meets a plane; `steps_m` and `pixel_m` as in `Differentials`.
-    #[inline(always)]
-    fn of(
-        normal: [f32; 3],
-        slopes: [[f32; 3]; 2],
-        direction: [f32; 3],
-        steps_m: [[f32; 3]; 3],
-        pixel_m: f32,
-        shares: &SampleShare,
-    ) -> Self {
-        let cos = dot(normal, direction);
-        let bounded = if cos.abs() < COS_MIN { if cos < 0.0 { -COS_MIN } else { COS_MIN } } else { cos };
-        let per_cos = 1.0 / bounded;
-        let along = [dot(slopes[0], direction), dot(slopes[1], direction)];
-        let right = moved(normal, slopes, along, per_cos, steps_m[0]);
-        let down = moved(normal, slopes, along, per_cos, steps_m[1]);
-        let travel_m = steps_m[2];
-        let travel = moved(normal, slopes, along, per_cos, travel_m);
-        // Only what crosses the ray is seen as motion.
-        let forward = dot(travel_m, direction);
-        let across2 = dot(travel_m, travel_m) - forward * forward;
-        let (share, exposure) = (shares.pixel, shares.exposure);
-        let pixel_m = pixel_m * TRAVEL_PX_MAX;
-        let fits = if across2 > pixel_m * pixel_m { pixel_m / across2.sqrt() } else { 1.0 };
-        let is_least = shares.is_wide && exposure < fits;
-        let share_t = if is_least {
-            exposure
-        } else if shares.is_wide {
-            fits
-        } else {
-            exposure * fits
-        };
-        let (step_u, step_v, taps, area) = ellipse(right, down, travel, share * share, share_t * share_t);
-        let step = [step_u, step_v];
-        Self { right, down, travel, to_pixel: shares.to_pixel, to_middle: to_middle(share_t), step, taps, area }
-    }
-}
-
 /// Ray differentials where a ray meets a plane (Igehy 1999).
 pub struct Differentials {
     /// Unit normal of the plane, either way.
     pub normal: [f32; 3],
     /// Texels along u, then along v, for a metre in the world.
     pub slopes: [[f32; 3]; 2],
-    /// Its direction.
+    /// Direction of the ray.
     pub direction: [f32; 3],
     /// How far the ray's end goes in metres for a pixel to the right, a pixel down, and over the whole exposure.
     pub steps_m: [[f32; 3]; 3],
@@ -152,30 +85,70 @@ pub struct Differentials {
     pub pixel_m: f32,
 }
 
+impl Differentials {
+    /// How far the hit goes in texels for each step: the ray's end follows the surface's plane along the ray.
+    #[inline(always)]
+    fn steps_texels(&self) -> [[f32; 2]; 3] {
+        let Self { normal, slopes, direction, steps_m, .. } = *self;
+        let cos = dot(normal, direction);
+        let bounded = if cos.abs() < COS_MIN { if cos < 0.0 { -COS_MIN } else { COS_MIN } } else { cos };
+        let per_cos = 1.0 / bounded;
+        let mut steps_texels = [[0.0; 2]; 3];
+        for step in 0..3 {
+            let behind = dot(normal, steps_m[step]) * per_cos;
+            for axis in 0..2 {
+                steps_texels[step][axis] = dot(slopes[axis], steps_m[step]) - dot(slopes[axis], direction) * behind;
+            }
+        }
+        steps_texels
+    }
+
+    /// Share of the motion over the exposure that a look-up averages over.
+    #[inline(always)]
+    fn share_of_motion(&self, shares: &SampleShare) -> f32 {
+        // Only what crosses the ray is seen as motion.
+        let [_, _, travel_m] = self.steps_m;
+        let forward = dot(travel_m, self.direction);
+        let across2 = dot(travel_m, travel_m) - forward * forward;
+        let longest_m = self.pixel_m * TRAVEL_PX_MAX;
+        let fits = if across2 > longest_m * longest_m { longest_m / across2.sqrt() } else { 1.0 };
+        if !shares.is_wide {
+            shares.exposure * fits
+        } else if shares.exposure < fits {
+            shares.exposure
+        } else {
+            fits
+        }
+    }
+}
+
 /// The footprint of a ray, for all rays that meet its triangle with it, and how far each lane's is moved.
 #[inline(always)]
 pub fn footprint(ray: &Differentials, look: &Look, shares: &SampleShare) -> (Footprint, [Floats; 2]) {
-    let form = Form::of(ray.normal, ray.slopes, ray.direction, ray.steps_m, ray.pixel_m, shares);
+    let [right, down, travel] = ray.steps_texels();
+    let (share, share_t) = (shares.pixel, ray.share_of_motion(shares));
+    let to_middle = to_middle(share_t);
     let mut shift_texels = [Floats::splat(0.0); 2];
     for axis in 0..2 {
         let shift = match look {
             Look::Inwards([x, y, t]) => {
-                let right = Floats::splat(-form.to_pixel * form.right[axis]);
-                let down = Floats::splat(-form.to_pixel * form.down[axis]);
-                let travel = Floats::splat(-form.to_middle * form.travel[axis]);
+                let right = Floats::splat(-shares.to_pixel * right[axis]);
+                let down = Floats::splat(-shares.to_pixel * down[axis]);
+                let travel = Floats::splat(-to_middle * travel[axis]);
                 *x * right + *y * down + *t * travel
             }
-            Look::By([x, y]) => *x * Floats::splat(form.right[axis]) + *y * Floats::splat(form.down[axis]),
+            Look::By([x, y]) => *x * Floats::splat(right[axis]) + *y * Floats::splat(down[axis]),
         };
         let is_sound = shift.abs().below(Floats::splat(SHIFT_TEXELS_MAX));
         shift_texels[axis] = is_sound.select(shift, Floats::splat(0.0));
     }
+    let (step_u, step_v, taps, area_texels2) = ellipse(right, down, travel, share * share, share_t * share_t);
     let footprint = Footprint {
         shift_texels: [0.0; 2],
-        step_texels: form.step,
-        taps: u32_truncated_f32(form.taps),
-        area_texels2: form.area,
-        snap: snap(shares.pixel),
+        step_texels: [step_u, step_v],
+        taps: u32_truncated_f32(taps),
+        area_texels2,
+        snap: snap(share),
     };
     (footprint, shift_texels)
 }
