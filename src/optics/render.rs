@@ -9,7 +9,7 @@
 //! 4. `replicate`: sample a few pixels again with other samples, to state the error.
 //!
 //! Under these lie the sample points (`draw/sobol`, `shear`), the rays (`rays`, `reflect`, `shadows`, `objects`, `among`) and texture
-//! footprints (`scene/texture/footprint`). `frame` runs the steps over a picture on all cores.
+//! footprints (`scene/texture/footprint`). `frame` has what all steps share.
 
 mod allocation;
 mod among;
@@ -36,8 +36,8 @@ use crate::scene::object::DynamicScene;
 use crate::units::Span;
 use allocation::{Estimate, INITIAL_SAMPLES, Stage};
 use first_batch::FirstBatch;
-use frame::{FrameRender, Kept, Refined};
-use pixel::StoppingRule;
+use frame::{FrameRender, Kept};
+use pixel::{Refined, StoppingRule};
 pub use settings::{Exposure, Sampling};
 use view::View;
 
@@ -161,7 +161,7 @@ fn plane(camera: &Camera, photons: impl Iterator<Item = f32>) -> Plane<f32> {
 fn stratified_by_pixel(picture: &FrameRender, samples: u32) -> Exposure {
     let Sampling { saturation_photons, .. } = picture.sampling;
     let seen = picture.first_batch(1);
-    let rule = StoppingRule { samples, least_gain: None, saturation_photons, share: Some(pixel::share(samples)) };
+    let rule = StoppingRule { samples, least_gain: None, saturation_photons, share: Some(frame::share(samples)) };
     let mut refined: Vec<Refined> = (0..seen.len()).filter(|&at| picture.is_rendered(at)).map(Refined::at).collect();
     picture.refine(&mut refined, &seen, &rule);
     let width = picture.width();

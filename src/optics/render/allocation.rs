@@ -16,13 +16,11 @@ pub struct Estimate {
     pub photons: f32,
     /// Estimated variance of that mean.
     pub variance: f32,
-    /// Number of samples.
     pub samples: u32,
-    /// How the pixel was sampled.
     pub stage: Stage,
 }
 
-/// Stage of a pixel.
+/// How a pixel was sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// Only the first batch.
@@ -47,7 +45,6 @@ impl Estimate {
         ratio(self.photons, self.variance)
     }
 
-    /// Of a refined pixel.
     pub fn refined(photons: f32, variance: f32, first_batch: u32, refined: u32) -> Self {
         Self { photons, variance, samples: first_batch + refined, stage: Stage::Refined }
     }
@@ -65,24 +62,24 @@ impl Estimate {
     }
 }
 
+/// Places of a pixel and of the eight around it, row by row, in a picture of `count` pixels.
+pub fn around(at: usize, width: usize, count: usize) -> impl Iterator<Item = usize> {
+    let (x, y, height) = (at % width, at / width, count / width);
+    let columns = x.saturating_sub(1)..(x + 2).min(width);
+    let rows = y.saturating_sub(1)..(y + 2).min(height);
+    rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
+}
+
 /// Contrast of a pixel to the eight around it: their variance, plus half the squared difference between their mean and the pixel.
 /// The second value is the mean variance that the last doubling removed from those eight.
-fn contrast(seen: &[FirstBatch], width: usize, [x, y]: [usize; 2]) -> (f32, f32) {
-    let own = seen[y * width + x].photons;
-    let height = seen.len() / width;
+fn contrast(seen: &[FirstBatch], width: usize, at: usize) -> (f32, f32) {
     let (mut sum, mut squares, mut removed_variance, mut count) = (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
-    for row in y.saturating_sub(1)..(y + 2).min(height) {
-        for column in x.saturating_sub(1)..(x + 2).min(width) {
-            if row == y && column == x {
-                continue;
-            }
-            let other = &seen[row * width + column];
-            let difference = other.photons - own;
-            sum += difference;
-            squares += difference * difference;
-            removed_variance += other.removed_variance;
-            count += 1.0;
-        }
+    for other in around(at, width, seen.len()).filter(|other| *other != at) {
+        let difference = seen[other].photons - seen[at].photons;
+        sum += difference;
+        squares += difference * difference;
+        removed_variance += seen[other].removed_variance;
+        count += 1.0;
     }
     let per = if count > 0.0 { 1.0 / count } else { 0.0 };
     let mean = sum * per;
@@ -110,22 +107,18 @@ pub fn ratio(photons: f32, variance: f32) -> f32 {
 /// c / n, with the mean square (c / n)^2 / 3. Together that is c^2 / 6 n^3. The contrast is that of samples, not of pixels: slits of sky
 /// are thinner than a pixel.
 pub fn missed_variance(seen: &[FirstBatch], width: usize, at: usize) -> f32 {
-    let (x, y, height) = (at % width, at / width, seen.len() / width);
     let mut most = 0.0_f32;
-    for row in y.saturating_sub(1)..(y + 2).min(height) {
-        for column in x.saturating_sub(1)..(x + 2).min(width) {
-            let other = &seen[row * width + column];
-            let difference = other.photons - seen[at].photons;
-            let within = PER_SPREAD * other.spread;
-            let contrast2 = if difference * difference > within { difference * difference } else { within };
-            most = if contrast2 > most { contrast2 } else { most };
-        }
+    for other in around(at, width, seen.len()) {
+        let difference = seen[other].photons - seen[at].photons;
+        let within = PER_SPREAD * seen[other].spread;
+        let contrast2 = if difference * difference > within { difference * difference } else { within };
+        most = if contrast2 > most { contrast2 } else { most };
     }
     most * OF_MISSED
 }
 
 /// Share of a squared contrast that one sample may have missed.
-pub const OF_MISSED: f32 = 1.0 / 6.0;
+const OF_MISSED: f32 = 1.0 / 6.0;
 
 /// Square of a contrast over the spread of four samples, one or two of which have it: 16 / 3 and 4.
 const PER_SPREAD: f32 = 5.0;
@@ -140,13 +133,11 @@ const MEAN_DIFFERENCE_WEIGHT: f32 = 0.5;
 /// calibrate how much variance a contrast to the neighbours leaves. A pixel whose halves agree by chance would claim to be exact, so only
 /// the halves of its neighbours count, its contrast, and the bound on what it missed.
 pub fn first_estimates(seen: &[FirstBatch], width: usize, samples: u32, saturation_photons: f32) -> Vec<Estimate> {
-    let one = |x: usize, y: usize| {
-        let (contrast, removed_variance) = contrast(seen, width, [x, y]);
-        (contrast, removed_variance, missed_variance(seen, width, y * width + x))
+    let one = |at: usize| {
+        let (contrast, removed_variance) = contrast(seen, width, at);
+        (contrast, removed_variance, missed_variance(seen, width, at))
     };
-    let row = |y: usize| -> Vec<(f32, f32, f32)> { (0..width).map(|x| one(x, y)).collect() };
-    let height = seen.len() / width;
-    let rows = collected(height, row);
+    let rows: Vec<Vec<_>> = collected(seen.len() / width, |row| (row * width..(row + 1) * width).map(one).collect());
     // Ratio of the remaining variance, estimated from halves, to the contrasts.
     let (mut remaining_sum, mut contrast_sum) = (0.0_f64, 0.0_f64);
     for (pixel, (contrast, ..)) in seen.iter().zip(rows.iter().flatten()) {
@@ -201,8 +192,8 @@ pub fn least_gain(estimates: &[Estimate], target: f64, saturation_photons: f32) 
     for estimate in estimates.iter().filter(|estimate| estimate.may_count(saturation_photons)) {
         count += 1;
         if estimate.variance > 0.0 {
-            let (step, ratio) =
-                (&mut steps[index(estimate.marginal_gain().to_bits() >> BELOW)], f64::from(estimate.ratio()));
+            let step = &mut steps[index(estimate.marginal_gain().to_bits() >> BELOW)];
+            let ratio = f64::from(estimate.ratio());
             all += ratio;
             if estimate.is_of_few() {
                 step.few += ratio;
@@ -244,9 +235,6 @@ pub fn least_gain(estimates: &[Estimate], target: f64, saturation_photons: f32) 
     Some(f32::from_bits(u32_from(met) << BELOW))
 }
 
-/// Strata of time that the level of flickering lamps is known for.
-pub const STRATA: usize = 16;
-
 /// Samples that a refinement begins with: one in each of 4 by 4 cells.
 pub const INITIAL_SAMPLES: u32 = 16;
 
@@ -262,12 +250,7 @@ mod tests {
             // Variances over six decades; few pixels hold most of the sum.
             let of = |number: u64| {
                 let share = crate::num::f64_from_u64(DrawKey::root(9).with(number).0 >> 32) / 4_294_967_296.0;
-                Estimate {
-                    photons: 100.0,
-                    variance: f32_nearest(libm::pow(10.0, 6.0 * share)),
-                    samples: 16,
-                    stage: Stage::Refined,
-                }
+                Estimate::refined(100.0, f32_nearest(libm::pow(10.0, 6.0 * share)), 0, 16)
             };
             let estimates: Vec<Estimate> = (0..5_000).map(of).collect();
             let level = f64::from(least_gain(&estimates, target, f32::INFINITY).unwrap());

@@ -1,16 +1,14 @@
 //! Light of rays among moving objects: the kernel that traces and shades them, and the tiles that may see any.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 use super::super::motion::{Timeline, Turns};
 use super::objects::{ObjectInView, Objects};
 use super::settings::{COLUMNS, ROWS};
-use super::view::{Aim, Filter, PacketPixels, Traced, View};
+use super::view::{Aim, Filter, NearestHits, PacketPixels, Traced, View};
 use crate::num::{index, u32_from};
 use crate::scene::lanes::{Floats, LANES, Mask, Vectors, unrolled};
 use crate::scene::light::BANDS;
 use crate::scene::mesh::BackfaceCulled;
-use crate::scene::tracer::{MISS, Packet, Stack, closest_inline_through, closest_through};
+use crate::scene::tracer::{MISS, Packet, Stack, closest_through};
 use crate::simd::Kernel;
 
 /// The tiles of each group of rows in which an object or its shadow may be seen, by any ray of the exposure. `timelines` are the camera's.
@@ -24,7 +22,7 @@ pub fn tiles_in_view(objects: &[ObjectInView], view: &View, timelines: &[Timelin
             for lane in 0..LANES {
                 let x = (tile * COLUMNS + lane % COLUMNS).min(width - 1);
                 let y = (group * ROWS + lane / COLUMNS).min(height - 1);
-                pixels.set(lane, camera, [x, y], &[0.0; BANDS]);
+                pixels.set(lane..lane + 1, camera, [x, y], &[0.0; BANDS]);
             }
             objects.iter().any(|object| object.may_be_near(group, &pixels.corners[0], pixels.spread))
                 || view.may_show_shadow(objects, (group, &timelines[group]), &pixels, &mut stack)
@@ -74,23 +72,12 @@ impl View<'_> {
 /// Light of rays among moving objects: traces the fixed scene, then each object that is near, and shades what is nearest.
 pub(super) struct AmongObjects<'a, 'b> {
     pub view: &'a View<'b>,
-    pub pixels: &'a PacketPixels,
     pub aim: &'a Aim<'a>,
     pub bearing: Vectors,
     pub pose: Turns,
     /// What the rays meet of the fixed scene.
     pub traced: Traced,
     pub stack: &'a mut Stack,
-}
-
-/// What rays met among objects.
-pub(super) struct Met {
-    /// Light by band.
-    pub lux: [Floats; BANDS],
-    /// Distance of each hit.
-    pub distance_m: Floats,
-    /// Number of the object from 1; 0 for the fixed scene.
-    pub object: [u32; LANES],
 }
 
 /// What rays meet of one object.
@@ -101,17 +88,17 @@ struct OnObject {
 }
 
 impl Kernel for AmongObjects<'_, '_> {
-    type Output = Met;
+    type Output = ([Floats; BANDS], NearestHits);
 
     #[inline(always)]
-    fn run(self) -> Met {
-        let Self { view, pixels, aim, bearing, pose, mut traced, stack } = self;
+    fn run(self) -> Self::Output {
+        let Self { view, aim, bearing, pose, mut traced, stack } = self;
         let Objects { all, group, instants } = aim.objects;
         let is_ray = Floats::splat(0.0).below(traced.packet.t_max);
         let mut distance_m = traced.hits.t;
         let mut met: Vec<OnObject> = Vec::new();
         for (number, object) in all.iter().enumerate() {
-            if !object.may_be_met(group, &bearing) {
+            if !object.may_be_near(group, &bearing, Floats::splat(0.0)) {
                 continue;
             }
             let mut gathered = None;
@@ -122,30 +109,27 @@ impl Kernel for AmongObjects<'_, '_> {
                 t_min: Floats::splat(0.0),
                 t_max: is_ray.select(distance_m, Floats::splat(-1.0)),
             };
-            let shape = object.lit.scene();
-            let hits = closest_inline_through(&shape.bvh, &BackfaceCulled(&shape.mesh), &packet, stack);
-            let lanes = hit(&hits.triangle) & is_ray;
+            let mut own = Traced::through(&object.lit, packet, stack);
+            let lanes = hit(&own.hits.triangle) & is_ray;
             if !lanes.any() {
                 continue;
             }
-            distance_m = lanes.select(hits.t, distance_m);
+            distance_m = lanes.select(own.hits.t, distance_m);
             // Nearer than all before.
             leave_out(&mut traced.packet.t_max, lanes);
             met.iter_mut().for_each(|other| leave_out(&mut other.traced.packet.t_max, lanes));
-            let t_max = lanes.select(packet.t_max, Floats::splat(-1.0));
-            met.push(OnObject { number, traced: Traced { hits, packet: Packet { t_max, ..packet } }, pose: own_pose });
+            own.packet.t_max = lanes.select(own.packet.t_max, Floats::splat(-1.0));
+            met.push(OnObject { number, traced: own, pose: own_pose });
         }
-        let mut lux =
-            view.light_of(&traced, pixels, aim, &Filter::Primary { pixels, bearing: &bearing, pose: &pose }, stack);
+        let mut lux = view.light_of(&traced, aim, &Filter::Primary { bearing: &bearing, pose: &pose }, stack);
         let mut object = [0; LANES];
         for OnObject { number, traced, pose } in &met {
             let seen = &all[*number];
             let mut gathered = None;
             let motion = instants.of(&seen.timelines[group], &mut gathered);
             let of_object = View { scene: &seen.lit, reflections: 0, ..*view };
-            let filter = Filter::Primary { pixels, bearing: &bearing, pose };
-            let (own, _) =
-                of_object.shade(traced, pixels, &Aim { motion, objects: aim.objects.none(), ..*aim }, &filter, stack);
+            let own_aim = Aim { motion, objects: Objects { all: &[], ..aim.objects }, ..*aim };
+            let (own, _) = of_object.shade(traced, &own_aim, &Filter::Primary { bearing: &bearing, pose }, stack);
             let lanes = Floats::splat(0.0).below(traced.packet.t_max);
             for band in 0..BANDS {
                 lux[band] = lanes.select(own[band], lux[band]);
@@ -154,7 +138,7 @@ impl Kernel for AmongObjects<'_, '_> {
                 object[lane] = if lanes.0[lane] == 0 { object[lane] } else { u32_from(*number + 1) };
             }
         }
-        Met { lux, distance_m, object }
+        (lux, NearestHits { distance_m, object })
     }
 }
 

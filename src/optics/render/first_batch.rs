@@ -5,8 +5,6 @@
 //! samples, 0.35 to 0.4 at edges, less for what is smooth), so r / (1 - r) of that remains. A render of a fixed number of samples takes r
 //! from its pixels: the difference of halves over that of quarters.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 use crate::num::{f32_from_u32, f64_from_usize, index};
 use crate::scene::lanes::Floats;
 

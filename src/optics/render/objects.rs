@@ -1,13 +1,12 @@
 //! Moving objects in a render. A rigid object that moves before a camera is a camera that moves before the object: rays are turned into the
 //! object's frame and traced against its own tree there, each at its own instant.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 use glam::DVec3;
 
 use super::super::motion::{PacketMotion, Parabolas, Timeline};
 use super::settings::ROWS;
 use crate::num::{f32_nearest, f64_from_usize, greater, lesser};
+use crate::parallel::collected;
 use crate::pose::Pose;
 use crate::scene::LitScene;
 use crate::scene::lanes::{Floats, LANES, Mask, Vectors, dot3, splat3};
@@ -77,13 +76,6 @@ pub struct Objects<'a> {
     pub instants: Instants<'a>,
 }
 
-impl Objects<'_> {
-    /// The same rays where nothing moves.
-    pub fn none(self) -> Self {
-        Self { all: &[], ..self }
-    }
-}
-
 impl ObjectInView {
     /// For the spans of groups of rows and the motion of a camera, in `pieces` of time a group.
     pub fn new(
@@ -93,30 +85,18 @@ impl ObjectInView {
         world_from_camera: &(dyn Fn(f64) -> Pose + Sync),
     ) -> Self {
         let pose = |t_s: f64| object.world_from_object(t_s).inverse().then(&world_from_camera(t_s));
-        let timelines = crate::parallel::collected(groups.len(), |group| Timeline::of(groups[group], pieces, &pose));
-        let cones = crate::parallel::collected(groups.len(), |group| {
+        let timelines = collected(groups.len(), |group| Timeline::of(groups[group], pieces, &pose));
+        let cones = collected(groups.len(), |group| {
             let poses = instants(&groups[group], &pose);
             let around = |ball_m: (DVec3, f64)| ViewCone::around(ball_m, &poses);
             (around(object.ball_m()), object.balls_m().iter().copied().map(around).collect())
         });
-        let balls_m = crate::parallel::collected(groups.len(), |group| {
-            let object_from_world = |t_s: f64| object.world_from_object(t_s).inverse();
-            let poses = instants(&groups[group], &object_from_world);
+        let balls_m = collected(groups.len(), |group| {
+            let poses = instants(&groups[group], &|t_s: f64| object.world_from_object(t_s).inverse());
             let around = |ball_m: (DVec3, f64)| swept(ball_m, &poses);
             (around(object.ball_m()), object.balls_m().iter().copied().map(around).collect())
         });
-        let all = groups.iter().flatten();
-        let start_s = all.clone().fold(f64::INFINITY, |least, span| lesser(least, span.start_s));
-        let end_s = all.fold(f64::NEG_INFINITY, |most, span| greater(most, span.end_s));
-        Self { lit: object.lit_at(Span { start_s, end_s }.middle_s()), timelines, cones, balls_m }
-    }
-}
-
-impl ObjectInView {
-    /// Whether a ray of a group of rows with one of these bearings may meet it.
-    #[inline(always)]
-    pub fn may_be_met(&self, group: usize, bearing: &Vectors) -> bool {
-        self.may_be_near(group, bearing, Floats::splat(0.0))
+        Self { lit: object.lit_at(whole(groups.as_flattened()).middle_s()), timelines, cones, balls_m }
     }
 
     /// Which lanes' places may be shaded by it over the exposures of a group of rows from the lanes' sources, by its whole.
@@ -151,10 +131,17 @@ impl ObjectInView {
     }
 }
 
+/// From the first start to the last end of some spans.
+fn whole(spans: &[Span]) -> Span {
+    Span {
+        start_s: spans.iter().fold(f64::INFINITY, |least, span| lesser(least, span.start_s)),
+        end_s: spans.iter().fold(f64::NEG_INFINITY, |most, span| greater(most, span.end_s)),
+    }
+}
+
 /// `camera_from_object` at even instants from the first to the last of some spans.
 fn instants(spans: &[Span], object_from_camera: &dyn Fn(f64) -> Pose) -> [Pose; INSTANTS] {
-    let start_s = spans.iter().fold(f64::INFINITY, |least, span| lesser(least, span.start_s));
-    let end_s = spans.iter().fold(f64::NEG_INFINITY, |most, span| greater(most, span.end_s));
+    let Span { start_s, end_s } = whole(spans);
     std::array::from_fn(|instant| {
         let share = f64_from_usize(instant) / f64_from_usize(INSTANTS - 1);
         object_from_camera(start_s + (end_s - start_s) * share).inverse()

@@ -3,25 +3,29 @@
 //! The samples are prefixes of one scrambled Sobol' sequence over the points of the surface that the pixel passes (`shear`), so a
 //! doubling keeps what is there. Their variance at an edge falls as 1 / n^1.5, and as 1 / n^2 where the edge is upright or level.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
-pub use super::allocation::{INITIAL_SAMPLES, STRATA};
-use super::allocation::{may_count, ratio};
-use super::first_batch::Nearest;
-use super::objects::{Instants, ObjectInView, Objects};
+use super::allocation::{INITIAL_SAMPLES, may_count, missed_variance, ratio};
+use super::first_batch::{FirstBatch, Nearest};
+use super::frame::{FrameRender, share};
+use super::objects::{Instants, Objects};
 use super::pixel_samples::{OF_BEFORE, PixelSamples};
 use super::settings::{COLUMNS, ROWS};
-use super::shear::sheared_lanes;
-use super::view::{Aim, PacketPixels, View};
+use super::shear::{ShearedSamples, sheared_lanes};
+use super::view::{Aim, PacketPixels};
 use crate::draw::sobol::points;
 use crate::draw::{DrawKey, mix};
-use crate::num::{f32_from_u32, f32_nearest, index, low_u32, u32_from, u32_truncated_f32};
+use crate::num::{f32_from_u32, f32_nearest, index, low_u32, u32_from, u32_truncated_f32, u64_from};
 use crate::optics::motion::{PacketMotion, Timeline};
+use crate::parallel::over_chunks;
 use crate::scene::lanes::{Floats, LANES};
-use crate::scene::light::Bands;
+use crate::scene::mesh::{dot, sub};
 use crate::scene::texture::footprint::SampleShare;
 use crate::scene::tracer::Stack;
 use crate::simd::{Kernel, dispatch};
+
+/// Marks keys of refined pixels.
+pub const OF_REFINED: u64 = 1 << 41;
+/// Pixels of a unit of parallel work.
+const CHUNK: usize = 64;
 
 /// When a pixel has enough samples.
 #[derive(Clone, Copy, Debug)]
@@ -46,42 +50,86 @@ impl StoppingRule {
     }
 }
 
+/// A pixel that is refined.
+pub struct Refined {
+    /// Place in the picture, row by row.
+    pub at: usize,
+    pub pixel_samples: PixelSamples,
+}
+
+impl Refined {
+    /// Without samples yet.
+    pub fn at(at: usize) -> Self {
+        Self { at, pixel_samples: PixelSamples::new(0.0) }
+    }
+}
+
+impl FrameRender<'_> {
+    /// Refines pixels until a rule has enough.
+    pub fn refine(&self, refined: &mut [Refined], seen: &[FirstBatch], rule: &StoppingRule) {
+        over_chunks(refined, CHUNK, |_, refined| {
+            let mut stack = Stack::new();
+            for Refined { at, pixel_samples } in refined {
+                if pixel_samples.samples == 0 {
+                    pixel_samples.missed_variance = missed_variance(seen, self.width(), *at);
+                } else if pixel_samples.samples >= rule.samples || rule.is_enough(pixel_samples) {
+                    continue;
+                }
+                self.refine_pixel((*at, OF_REFINED), pixel_samples, seen, rule, &mut stack);
+            }
+        });
+    }
+
+    /// Doubles a pixel's samples, which are named by `kind`, a mark of keys, until a rule has enough. Its edges belong to the nearest
+    /// surface that it or one of the four pixels beside it met.
+    pub fn refine_pixel(
+        &self,
+        (at, kind): (usize, u64),
+        pixel_samples: &mut PixelSamples,
+        seen: &[FirstBatch],
+        rule: &StoppingRule,
+        stack: &mut Stack,
+    ) {
+        let (width, [x, y]) = (self.width(), self.column_and_row(at));
+        let beside = [
+            y * width + x.saturating_sub(1),
+            y * width + (x + 1).min(width - 1),
+            y.saturating_sub(1) * width + x,
+            (y + 1).min(self.shutter.len() - 1) * width + x,
+        ];
+        let nearest = beside.into_iter().fold(seen[at].nearest, |nearest, other| nearest.or(seen[other].nearest));
+        let key = self.sampling.key.with(u64_from(y)).with(u64_from(x) | kind);
+        let pixel = Pixel { picture: self, timeline: &self.timelines[y / ROWS], at: [x, y], key };
+        dispatch(Refinement { pixel, pixel_samples, nearest, rule, stack });
+    }
+}
+
 /// What all samples of a pixel share.
-pub struct Pixel<'a> {
-    /// Scene and camera.
-    pub view: View<'a>,
+struct Pixel<'a> {
+    picture: &'a FrameRender<'a>,
     /// How the camera moves over the exposure of the row and its neighbours.
-    pub timeline: &'a Timeline,
-    /// What moves beside the camera.
-    pub objects: &'a [ObjectInView],
-    /// Level of the flickering lamps in each stratum of the row's exposure.
-    pub lamp_levels: &'a [f32; STRATA],
-    /// Photons of each band per lux-equivalent behind the filter.
-    pub photons_per_lux: Bands,
+    timeline: &'a Timeline,
     /// Column and row.
-    pub at: [usize; 2],
+    at: [usize; 2],
     /// Key of its samples.
-    pub key: DrawKey,
+    key: DrawKey,
 }
 
 impl Pixel<'_> {
-    /// Doubles a pixel's samples until a rule has enough. Its edges belong to the nearest surface.
-    pub fn refine(&self, pixel_samples: &mut PixelSamples, nearest: Nearest, rule: &StoppingRule, stack: &mut Stack) {
-        dispatch(Refinement { pixel: self, pixel_samples, nearest, rule, stack });
-    }
-
     /// The pixel in all lanes.
     #[inline(always)]
-    pub fn pixels(&self) -> PacketPixels {
-        let facet_seed = low_u32(mix(self.key.0) >> 32);
-        PacketPixels::of_one(self.view.camera, self.at, &self.photons_per_lux, facet_seed)
+    fn pixels(&self) -> PacketPixels {
+        let [x, y] = self.at;
+        let mut pixels = PacketPixels { facet_seeds: [low_u32(mix(self.key.0) >> 32); LANES], ..PacketPixels::NONE };
+        pixels.set(0..LANES, self.picture.view.camera, self.at, &self.picture.photons_per_lux(x, y));
+        pixels
     }
 
     /// How far the pixel goes over a surface, in its own widths and heights over the exposure, about its middle.
     fn velocity_px(&self, pixels: &PacketPixels, Nearest { distance_m, object }: Nearest) -> [f32; 2] {
         let timeline = match object.checked_sub(1) {
             None => self.timeline,
-            Some(number) => &self.objects[index(number)].timelines[self.at[1] / ROWS],
+            Some(number) => &self.picture.objects[index(number)].timelines[self.at[1] / ROWS],
         };
         if timeline.is_still || pixels.t_max.0[0] < 0.0 {
             return [0.0; 2];
@@ -93,7 +141,7 @@ impl Pixel<'_> {
         let corner = |number: usize| pixels.corners[number].each_ref().map(|axis| axis.0[0]);
         let [first, right, down, last] = [corner(0), corner(1), corner(2), corner(3)];
         let bearing = [0, 1, 2].map(|axis| 0.25 * (first[axis] + right[axis] + down[axis] + last[axis]));
-        let to = |corner: [f32; 3]| pose.turned([0, 1, 2].map(|axis| corner[axis] - first[axis]));
+        let to = |corner: [f32; 3]| pose.turned(sub(corner, first));
         let direction = pose.turned(bearing);
         let (right, down) = (across(to(right), direction), across(to(down), direction));
         let (turn, place) = (change.turned(bearing), change.place_m());
@@ -107,32 +155,41 @@ impl Pixel<'_> {
         [(tr * dd - td * rd) / determinant, (td * rr - tr * rd) / determinant]
     }
 
-    /// Photons of samples at places and instants in the first lanes.
+    /// Photons of samples in the first lanes, by their places and numbers.
     #[inline(always)]
-    fn trace(&self, pixels: &PacketPixels, samples: &Samples, stack: &mut Stack) -> Floats {
-        let [_, _, t] = samples.place;
-        let mut lamp_levels = [1.0; LANES];
-        if !self.view.scene.is_steady() {
+    fn trace(
+        &self,
+        pixels: &PacketPixels,
+        sheared: &ShearedSamples,
+        (numbers, lanes): (&[u32; LANES], usize),
+        shares: &SampleShare,
+        stack: &mut Stack,
+    ) -> Floats {
+        let Self { picture: FrameRender { view, objects, lamp_levels, .. }, timeline, at, .. } = self;
+        let [_, _, t] = sheared.place;
+        let mut levels = [1.0; LANES];
+        if !view.scene.is_steady() {
             for lane in 0..LANES {
-                lamp_levels[lane] = self.lamp_levels[index(u32_truncated_f32(t.0[lane] * 16.0))];
+                levels[lane] = lamp_levels[at[1]][index(u32_truncated_f32(t.0[lane] * 16.0))];
             }
         }
-        let pieces = f32_from_u32(u32_from(self.timeline.pieces.len()));
-        let group = self.at[1] / ROWS;
+        let pieces = f32_from_u32(u32_from(timeline.pieces.len()));
+        let (group, row) = (at[1] / ROWS, at[1] % ROWS);
         let mut aim = Aim {
-            place: samples.place,
-            motion: PacketMotion::Shared(self.timeline.first_of_row(self.at[1] % ROWS)),
+            pixels,
+            place: sheared.place,
+            motion: PacketMotion::Shared(timeline.first_of_row(row)),
             share: t,
-            pieces: if self.timeline.is_still { 0.0 } else { pieces },
-            lamp_levels: &lamp_levels,
-            lanes: samples.lanes,
-            shares: samples.shares,
-            moves: samples.moves,
-            numbers: samples.numbers,
-            objects: Objects { all: self.objects, group, instants: Instants::Row(self.at[1] % ROWS) },
+            pieces: if timeline.is_still { 0.0 } else { pieces },
+            lamp_levels: &levels,
+            lanes,
+            shares,
+            moves: Some(&sheared.inwards),
+            numbers,
+            objects: Objects { all: objects, group, instants: Instants::Row(row) },
         };
-        if self.timeline.pieces.len() == 1 {
-            return self.view.sample(pixels, &aim, stack).photons;
+        if timeline.pieces.len() == 1 {
+            return view.sample(&aim, stack).0;
         }
         let mut piece_of = [0; LANES];
         for lane in 0..LANES {
@@ -141,33 +198,19 @@ impl Pixel<'_> {
             piece_of[lane] = index(piece);
             aim.share.0[lane] = time - f32_from_u32(piece);
         }
-        let lane = self.at[1] % ROWS * COLUMNS;
-        let motion = self.timeline.gathered(lane, &piece_of);
+        let lane = row * COLUMNS;
+        let motion = timeline.gathered(lane, &piece_of);
         aim.motion = PacketMotion::ByLane(&motion);
         aim.objects.instants = Instants::Pieces(lane, &piece_of);
-        self.view.sample(pixels, &aim, stack).photons
+        view.sample(&aim, stack).0
     }
-}
-
-/// Samples of one pixel.
-pub struct Samples<'a> {
-    /// Place in the pixel from its left and from its upper edge, and in the exposure, each 0..1.
-    pub place: [Floats; 3],
-    /// The first lanes that count.
-    pub lanes: usize,
-    /// What each stands for.
-    pub shares: &'a SampleShare,
-    /// How far look-ups of textures are moved; none: by `shares`.
-    pub moves: Option<&'a [Floats; 2]>,
-    /// Their numbers.
-    pub numbers: &'a [u32; LANES],
 }
 
 const LANE_NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
 
 /// Doubles a pixel's samples.
 struct Refinement<'a> {
-    pixel: &'a Pixel<'a>,
+    pixel: Pixel<'a>,
     pixel_samples: &'a mut PixelSamples,
     nearest: Nearest,
     rule: &'a StoppingRule,
@@ -197,14 +240,7 @@ impl Kernel for Refinement<'_> {
                 }
                 let [p, q, w] = points(&numbers, seeds);
                 let sheared = sheared_lanes([Floats(p), Floats(q), Floats(w)], velocity_px, count);
-                let samples = Samples {
-                    place: sheared.place,
-                    lanes,
-                    shares: &shares,
-                    moves: Some(&sheared.inwards),
-                    numbers: &numbers,
-                };
-                let photons = pixel.trace(&pixels, &samples, stack);
+                let photons = pixel.trace(&pixels, &sheared, (&numbers, lanes), &shares, stack);
                 moments.add(&photons, lanes);
                 let [early, late] = halves_of(&photons, lanes);
                 sum += early + late;
@@ -241,15 +277,6 @@ fn halves_of(photons: &Floats, lanes: usize) -> [f64; 2] {
 /// Seeds of x, y and t.
 fn seeds(key: DrawKey) -> [u32; 3] {
     [key.0, key.0 >> 32, mix(key.0)].map(low_u32)
-}
-
-/// The share of the width that each of `samples` samples stands for.
-pub fn share(samples: u32) -> f32 {
-    1.0 / f32_from_u32(samples).sqrt()
-}
-
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// The part of a vector across a direction of about unit length.

@@ -1,116 +1,44 @@
 //! Packets of sixteen rays: generation, tracing, and shading by groups that met one surface. The kernels of `tile` and `pixel` share it.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 use super::among::AmongObjects;
 use super::reflect::Reflection;
 use super::shadows::{EdgeShadows, ObjectShadows, OnSurface};
-pub use super::view::{Aim, PacketPixels, View};
-pub(super) use super::view::{Filter, Traced};
-use crate::optics::camera::Camera;
-use crate::optics::motion::{Turn, Turns};
-use crate::scene::lanes::{Floats, LANES, Mask, Vectors, next_lane, splat3, unrolled};
+use super::view::{Aim, Filter, NearestHits, Traced, View, lane3};
+use crate::optics::motion::Turns;
+use crate::scene::lanes::{Floats, LANES, Mask, Vectors, next_lane, unrolled};
 use crate::scene::light::{BANDS, Bands};
-use crate::scene::lit::{Face, MapTexels, OnTriangle, by_band};
-use crate::scene::mesh::BackfaceCulled;
+use crate::scene::lit::{MapTexels, OnTriangle, by_band};
 use crate::scene::texture::Footprint;
 use crate::scene::texture::footprint::{Differentials, Look, footprint};
-use crate::scene::tracer::{MISS, Packet, Stack, closest_inline_through};
+use crate::scene::tracer::{MISS, Packet, Stack};
 use crate::simd::{Kernel, dispatch};
-
-impl PacketPixels {
-    /// None yet.
-    pub const NONE: Self = {
-        let zero = Floats([0.0; LANES]);
-        Self {
-            corners: [[zero; 3]; 4],
-            spread: zero,
-            photons_per_lux: [zero; BANDS],
-            t_max: Floats([-1.0; LANES]),
-            facet_seeds: [0; LANES],
-        }
-    };
-
-    /// Lets a lane look through a pixel. A pixel without a bearing stays dark.
-    #[inline(always)]
-    pub fn set(&mut self, lane: usize, camera: &Camera, [x, y]: [usize; 2], photons_per_lux: &Bands) {
-        let Some(corners) = camera.corners(x, y) else { return };
-        self.t_max.0[lane] = f32::MAX;
-        for band in 0..BANDS {
-            self.photons_per_lux[band].0[lane] = photons_per_lux[band];
-        }
-        for (corner, bearing) in corners.iter().enumerate() {
-            for axis in 0..3 {
-                self.corners[corner][axis].0[lane] = bearing[axis];
-            }
-        }
-        self.spread.0[lane] = camera.spread(x, y);
-    }
-}
-
-impl PacketPixels {
-    /// One pixel in all lanes; dark where the lens has no bearing.
-    #[inline(always)]
-    pub fn of_one(camera: &Camera, [x, y]: [usize; 2], photons_per_lux: &Bands, facet_seed: u32) -> Self {
-        let (corners, t_max) = match camera.corners(x, y) {
-            Some(corners) => (corners, f32::MAX),
-            None => ([[0.0; 3]; 4], -1.0),
-        };
-        let [r, g, b, n] = *photons_per_lux;
-        Self {
-            corners: [splat3(corners[0]), splat3(corners[1]), splat3(corners[2]), splat3(corners[3])],
-            spread: Floats::splat(camera.spread(x, y)),
-            photons_per_lux: [Floats::splat(r), Floats::splat(g), Floats::splat(b), Floats::splat(n)],
-            t_max: Floats::splat(t_max),
-            facet_seeds: [facet_seed; LANES],
-        }
-    }
-
-    /// From the first corner of a lane's pixel to another, at a distance.
-    #[inline(always)]
-    fn step_m(&self, [lane, corner]: [usize; 2], pose: &Turn, t_m: f32) -> [f32; 3] {
-        let (from, to) = (lane3(&self.corners[0], lane), lane3(&self.corners[corner], lane));
-        let step = pose.turned([to[0] - from[0], to[1] - from[1], to[2] - from[2]]);
-        [step[0] * t_m, step[1] * t_m, step[2] * t_m]
-    }
-}
 
 impl Aim<'_> {
     /// Bearings, poses and rays.
     #[inline(always)]
-    fn rays(&self, pixels: &PacketPixels) -> (Vectors, Turns, Packet) {
-        let bearing = bilinear(&pixels.corners, self.place[0], self.place[1]);
+    fn rays(&self) -> (Vectors, Turns, Packet) {
+        let bearing = bilinear(&self.pixels.corners, self.place[0], self.place[1]);
         let pose = self.motion.at(self.share);
         let (origin_m, direction) = (pose.place_m(), pose.turned(bearing));
-        let mut t_max = pixels.t_max;
+        let mut t_max = self.pixels.t_max;
         for lane in 0..LANES {
             t_max.0[lane] = if lane < self.lanes { t_max.0[lane] } else { -1.0 };
         }
         (bearing, pose, Packet { origin_m, direction, t_min: Floats::splat(0.0), t_max })
     }
 
-    /// What the look-ups of the leader's group average over, and how far each is moved.
+    /// How far the end of a lane's ray goes in metres over the whole exposure, `t_m` along its bearing.
     #[inline(always)]
-    fn footprint(&self, pixels: &PacketPixels, face: &Face, leader: &Leader) -> (Footprint, [Floats; 2]) {
-        let Leader { lane, direction, bearing, pose, t_m } = leader;
+    fn travel_m(&self, lane: usize, bearing: [f32; 3], t_m: f32) -> [f32; 3] {
         let mut travel_m = [0.0; 3];
         if self.pieces > 0.0 {
-            let change = self.motion.change_of(*lane, self.share.0[*lane], self.pieces);
-            let (place_m, turn) = (change.place_m(), change.turned(*bearing));
+            let change = self.motion.change_of(lane, self.share.0[lane], self.pieces);
+            let (place_m, turn) = (change.place_m(), change.turned(bearing));
             for axis in 0..3 {
                 travel_m[axis] = place_m[axis] + turn[axis] * t_m;
             }
         }
-        let right_m = pixels.step_m([*lane, 1], pose, *t_m);
-        let down_m = pixels.step_m([*lane, 2], pose, *t_m);
-        let differentials = Differentials {
-            normal: face.normal(),
-            slopes: face.slopes(),
-            direction: *direction,
-            steps_m: [right_m, down_m, travel_m],
-            pixel_m: pixels.spread.0[*lane] * t_m,
-        };
-        footprint(&differentials, &self.look(), self.shares)
+        travel_m
     }
 
     /// Where the look-ups of textures go.
@@ -125,43 +53,31 @@ impl Aim<'_> {
 }
 
 impl View<'_> {
-    /// Photons of a sample in each lane, and the distance of its hit.
+    /// Photons of a sample in each lane, and what it met.
     #[inline(always)]
-    pub fn sample(&self, pixels: &PacketPixels, aim: &Aim, stack: &mut Stack) -> Sampled {
-        let (bearing, pose, packet) = aim.rays(pixels);
-        let hits =
-            closest_inline_through(&self.scene.scene().bvh, &BackfaceCulled(&self.scene.scene().mesh), &packet, stack);
-        let traced = Traced { hits, packet };
-        let (mut distance_m, mut object) = (hits.t, [0; LANES]);
-        let [r, g, b, n] = if aim.objects.all.is_empty() {
-            self.light_of(&traced, pixels, aim, &Filter::Primary { pixels, bearing: &bearing, pose: &pose }, stack)
+    pub fn sample(&self, aim: &Aim, stack: &mut Stack) -> (Floats, NearestHits) {
+        let (bearing, pose, packet) = aim.rays();
+        let traced = Traced::through(self.scene, packet, stack);
+        let ([r, g, b, n], nearest) = if aim.objects.all.is_empty() {
+            let lux = self.light_of(&traced, aim, &Filter::Primary { bearing: &bearing, pose: &pose }, stack);
+            (lux, NearestHits { distance_m: traced.hits.t, object: [0; LANES] })
         } else {
-            let among = AmongObjects { view: self, pixels, aim, bearing, pose, traced, stack };
-            let met = dispatch(among);
-            (distance_m, object) = (met.distance_m, met.object);
-            met.lux
+            dispatch(AmongObjects { view: self, aim, bearing, pose, traced, stack })
         };
-        let [per_r, per_g, per_b, per_n] = pixels.photons_per_lux;
+        let [per_r, per_g, per_b, per_n] = aim.pixels.photons_per_lux;
         let mut roll_off = Floats::splat(0.0);
         for lane in 0..LANES {
             roll_off.0[lane] = self.camera.roll_off_at(bearing[2].0[lane]);
         }
-        Sampled { photons: (r * per_r + g * per_g + b * per_b + n * per_n) * roll_off, distance_m, object }
+        ((r * per_r + g * per_g + b * per_b + n * per_n) * roll_off, nearest)
     }
 
     /// Light by band of what each ray met, with what gloss reflects of the fixed scene.
     #[inline(always)]
-    pub(super) fn light_of(
-        &self,
-        traced: &Traced,
-        pixels: &PacketPixels,
-        aim: &Aim,
-        filter: &Filter,
-        stack: &mut Stack,
-    ) -> [Floats; BANDS] {
-        let (lux, is_glossy) = self.shade(traced, pixels, aim, filter, stack);
+    pub fn light_of(&self, traced: &Traced, aim: &Aim, filter: &Filter, stack: &mut Stack) -> [Floats; BANDS] {
+        let (lux, is_glossy) = self.shade(traced, aim, filter, stack);
         if self.reflections > 0 && is_glossy {
-            return dispatch(Reflection { view: self, traced, pixels, aim, lux, stack });
+            return dispatch(Reflection { view: self, traced, aim, lux, stack });
         }
         lux
     }
@@ -169,14 +85,7 @@ impl View<'_> {
     /// Light by band of what each ray met, and whether any of that keeps an image. Rays that met one triangle at about one distance are
     /// shaded together: one texture footprint serves them all.
     #[inline(always)]
-    pub(super) fn shade(
-        &self,
-        traced: &Traced,
-        pixels: &PacketPixels,
-        aim: &Aim,
-        filter: &Filter,
-        stack: &mut Stack,
-    ) -> ([Floats; BANDS], bool) {
+    pub fn shade(&self, traced: &Traced, aim: &Aim, filter: &Filter, stack: &mut Stack) -> ([Floats; BANDS], bool) {
         let hits = &traced.hits;
         let mut unshaded = Floats::splat(0.0).below(traced.packet.t_max);
         let (mut lux, mut is_glossy) = ([Floats::splat(0.0); BANDS], false);
@@ -200,7 +109,7 @@ impl View<'_> {
                     MapTexels::NONE
                 };
                 let surface = (triangle, lanes, maps.normals.as_ref());
-                let added = self.added_light(traced, surface, pixels, aim, filter, stack);
+                let added = self.added_light(traced, surface, aim, filter, stack);
                 self.surface(traced, (leader, lanes), aim, filter, [added.as_ref(), maps.emission.as_ref()])
             };
             lux = unrolled!(BAND in 4 => lanes.select(light[BAND], lux[BAND]));
@@ -217,13 +126,12 @@ impl View<'_> {
         &self,
         traced: &Traced,
         (triangle, lanes, normals): (u32, Mask, Option<&[Bands; LANES]>),
-        pixels: &PacketPixels,
         aim: &Aim,
         filter: &Filter,
         stack: &mut Stack,
     ) -> Option<[Floats; BANDS]> {
         let shadows = self.scene.sources()?;
-        let seeds = &pixels.facet_seeds;
+        let seeds = &aim.pixels.facet_seeds;
         let surface = OnSurface { view: self, shadows, traced, triangle, lanes, aim, seeds };
         let mut sources = 0;
         if self.scene.face(triangle).has_shadow_edges() {
@@ -260,12 +168,18 @@ impl View<'_> {
     fn footprint(&self, traced: &Traced, leader: usize, aim: &Aim, filter: &Filter) -> (Footprint, [Floats; 2]) {
         let Traced { hits, packet } = traced;
         match filter {
-            Filter::Primary { pixels, bearing, pose } => {
-                let direction = lane3(&packet.direction, leader);
-                let bearing = lane3(bearing, leader);
-                let (pose, t_m) = (pose.lane(leader), hits.t.0[leader]);
-                let leading = Leader { lane: leader, direction, bearing, pose, t_m };
-                aim.footprint(pixels, self.scene.face(hits.triangle[leader]), &leading)
+            Filter::Primary { bearing, pose } => {
+                let (face, t_m) = (self.scene.face(hits.triangle[leader]), hits.t.0[leader]);
+                let pose = pose.lane(leader);
+                let to_corner_m = |corner: usize| aim.pixels.to_corner_m([leader, corner], &pose, t_m);
+                let ray = Differentials {
+                    normal: face.normal(),
+                    slopes: face.slopes(),
+                    direction: lane3(&packet.direction, leader),
+                    steps_m: [to_corner_m(1), to_corner_m(2), aim.travel_m(leader, lane3(bearing, leader), t_m)],
+                    pixel_m: aim.pixels.spread.0[leader] * t_m,
+                };
+                footprint(&ray, &aim.look(), aim.shares)
             }
             Filter::Reflected { width_m } => {
                 let width_texels = self.scene.texels_per_m(hits.triangle[leader]) * width_m.0[leader];
@@ -330,25 +244,6 @@ impl Kernel for MapLookUp<'_, '_> {
     }
 }
 
-/// The ray whose footprint serves others.
-struct Leader {
-    lane: usize,
-    direction: [f32; 3],
-    bearing: [f32; 3],
-    pose: Turn,
-    t_m: f32,
-}
-
-/// What a packet of samples saw.
-pub struct Sampled {
-    /// Photons.
-    pub photons: Floats,
-    /// Distance of each hit, in metres.
-    pub distance_m: Floats,
-    /// Number of the moving object that was met, from 1; 0 for the fixed scene.
-    pub object: [u32; LANES],
-}
-
 /// A lane in the middle of a tile.
 const MIDDLE: usize = LANES / 2 + 1;
 
@@ -356,11 +251,6 @@ const MIDDLE: usize = LANES / 2 + 1;
 /// it, so the ellipse's width and length are off by as much and by twice that at the packet's rim: by 3 and 6 % of a sample's share of
 /// the pixel where the middle lies amid.
 const ALIKE: f32 = 1.0 / 16.0;
-
-#[inline(always)]
-fn lane3(vectors: &Vectors, lane: usize) -> [f32; 3] {
-    [vectors[0].0[lane], vectors[1].0[lane], vectors[2].0[lane]]
-}
 
 /// Bearings at shares x (to the right) and y (downwards) of pixels.
 #[inline(always)]

@@ -2,15 +2,12 @@
 //!
 //! Lanes without gloss pay nothing. After the last bounce a surface counts as diffuse.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
-use super::view::{Aim, Filter, PacketPixels, Traced, View};
+use super::view::{Aim, Filter, Traced, View};
 use crate::draw::sobol::{fifth, fourth};
 use crate::scene::lanes::{Floats, LANES};
 use crate::scene::light::BANDS;
 use crate::scene::lit::BOUNCES_MAX;
-use crate::scene::mesh::BackfaceCulled;
-use crate::scene::tracer::{MISS, Packet, Stack, closest_inline_through};
+use crate::scene::tracer::{MISS, Packet, Stack};
 use crate::simd::Kernel;
 
 /// Reflected rays start this far above their surface in metres, as those of the bake do.
@@ -30,7 +27,6 @@ struct Paths {
 pub(super) struct Reflection<'a, 'b> {
     pub view: &'a View<'b>,
     pub traced: &'a Traced,
-    pub pixels: &'a PacketPixels,
     pub aim: &'a Aim<'a>,
     /// What each ray would be without.
     pub lux: [Floats; BANDS],
@@ -42,26 +38,20 @@ impl Kernel for Reflection<'_, '_> {
 
     #[inline(always)]
     fn run(self) -> [Floats; BANDS] {
-        let Self { view, traced, pixels, aim, lux, stack } = self;
+        let Self { view, traced, aim, lux, stack } = self;
         let mut paths = Paths { weight: [Floats::splat(1.0); BANDS], settled: [Floats::splat(0.0); BANDS], last: lux };
         let mut length_m = traced.hits.t;
         let mut traced = Traced { hits: traced.hits, packet: traced.packet };
         for bounce in 0..view.reflections.min(BOUNCES_MAX) {
             let numbers = |lane: usize| {
-                let (number, seed) = (aim.numbers[lane], pixels.facet_seeds[lane]);
+                let (number, seed) = (aim.numbers[lane], aim.pixels.facet_seeds[lane]);
                 [fourth(number, seed, bounce), fifth(number, seed, bounce)]
             };
             let Some(packet) = view.reflected(&traced, &numbers, &mut paths) else { break };
-            let hits = closest_inline_through(
-                &view.scene.scene().bvh,
-                &BackfaceCulled(&view.scene.scene().mesh),
-                &packet,
-                stack,
-            );
-            traced = Traced { hits, packet };
+            traced = Traced::through(view.scene, packet, stack);
             length_m = length_m + traced.hits.t;
-            let width_m = length_m * pixels.spread * Floats::splat(aim.shares.pixel);
-            let (met, _) = view.shade(&traced, pixels, aim, &Filter::Reflected { width_m }, stack);
+            let width_m = length_m * aim.pixels.spread * Floats::splat(aim.shares.pixel);
+            let (met, _) = view.shade(&traced, aim, &Filter::Reflected { width_m }, stack);
             let is_followed = Floats::splat(0.0).below(traced.packet.t_max);
             for band in 0..BANDS {
                 paths.last[band] = is_followed.select(paths.weight[band] * met[band], paths.last[band]);

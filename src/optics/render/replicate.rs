@@ -4,9 +4,22 @@
 //! states the error. Pixels are drawn in proportion to their estimated error and weighted by the inverse of that probability (Hansen
 //! and Hurwitz 1943): the estimates decide how precise the statement is, not what it states.
 
-use super::allocation::{Estimate, Stage, ratio};
+use super::allocation::{Estimate, INITIAL_SAMPLES, Stage, around, missed_variance, ratio};
+use super::first_batch::FirstBatch;
+use super::frame::FrameRender;
+use super::pixel::{OF_REFINED, StoppingRule};
+use super::pixel_samples::PixelSamples;
 use crate::draw::DrawKey;
-use crate::num::{f32_from_u32, f64_from_u64, f64_from_usize};
+use crate::num::{f32_from_u32, f64_from_u64, f64_from_usize, greater, lesser, u64_from};
+use crate::parallel::over_chunks;
+use crate::scene::tracer::Stack;
+
+/// Marks keys of replicates.
+const OF_REPLICATE: u64 = 1 << 42;
+/// Marks keys of second replicates.
+const OF_SECOND_REPLICATE: u64 = 1 << 46;
+/// Replicates of a unit of parallel work.
+const CHUNK: usize = 16;
 
 /// A pixel that is sampled again, and one over its probability to be drawn.
 #[derive(Clone, Copy, Debug)]
@@ -45,12 +58,12 @@ pub fn choose(estimates: &[Estimate], width: usize, saturation_photons: f32, key
             cost += claim * f64::from(estimate.samples);
         }
         let affordable = SAMPLES_SHARE * f64_from_u64(samples) * claims / cost;
-        let most = crate::num::lesser(REPLICATES_MAX, f64_from_usize(estimates.len()) * PIXELS_SHARE);
-        let wanted = crate::num::greater(crate::num::lesser(most, affordable), REPLICATES_MIN);
+        let most = lesser(REPLICATES_MAX, f64_from_usize(estimates.len()) * PIXELS_SHARE);
+        let wanted = greater(lesser(most, affordable), REPLICATES_MIN);
         for ((at, _), claim) in claims_of() {
             // Where nothing claims an error, all claim the same.
             let chance = if claims > 0.0 { wanted * claim / claims } else { wanted / count };
-            let draw = key.with(crate::num::u64_from(at)).uniform();
+            let draw = key.with(u64_from(at)).uniform();
             if draw < chance {
                 replicates.push(Replicate { at, weight: if chance < 1.0 { 1.0 / chance } else { 1.0 } });
             }
@@ -63,11 +76,8 @@ pub fn choose(estimates: &[Estimate], width: usize, saturation_photons: f32, key
 /// the square of what is missing to saturation.
 fn claim(estimates: &[Estimate], width: usize, at: usize, saturation_photons: f32) -> f64 {
     let own = &estimates[at];
-    let (x, y, height) = (at % width, at / width, estimates.len() / width);
-    let is_beside_lamp = (y.saturating_sub(1)..(y + 2).min(height)).any(|row| {
-        (x.saturating_sub(1)..(x + 2).min(width))
-            .any(|column| !(estimates[row * width + column].photons < saturation_photons))
-    });
+    let is_beside_lamp =
+        around(at, width, estimates.len()).any(|other| !(estimates[other].photons < saturation_photons));
     let missing = saturation_photons - own.photons;
     let variance = missing * missing / f32_from_u32(own.samples);
     f64::from(if is_beside_lamp && variance > own.variance { ratio(own.photons, variance) } else { own.ratio() })
@@ -92,14 +102,56 @@ pub fn variance_ratio(
         if mean > 0.0 { replicate.weight * share * (own - a) * (own - b) / mean } else { 0.0 }
     };
     let sum: f64 = replicates.iter().zip(seen).map(of).sum();
-    if pixels == 0 { 0.0 } else { crate::num::greater(sum / f64_from_usize(pixels), 0.0) }
+    if pixels == 0 { 0.0 } else { greater(sum / f64_from_usize(pixels), 0.0) }
+}
+
+impl FrameRender<'_> {
+    /// Photons of replicates, and the rays that they took: one replicate of as many samples for a refined pixel, two finer ones for a
+    /// pixel of the first batch.
+    pub fn replicates(
+        &self,
+        replicates: &[Replicate],
+        estimates: &[Estimate],
+        seen: &[FirstBatch],
+        first_batch: u32,
+        rule: &StoppingRule,
+    ) -> (Vec<[f32; 2]>, u64) {
+        let mut all = vec![([0.0; 2], 0); replicates.len()];
+        over_chunks(&mut all, CHUNK, |chunk, some| {
+            let mut stack = Stack::new();
+            for (found, Replicate { at, .. }) in some.iter_mut().zip(&replicates[chunk * CHUNK..]) {
+                let mut replicate_of = |kind: u64, samples: u32| {
+                    let rule = StoppingRule { samples, least_gain: None, saturation_photons: f32::INFINITY, ..*rule };
+                    let mut pixel_samples = PixelSamples::new(missed_variance(seen, self.width(), *at));
+                    self.refine_pixel((*at, OF_REFINED | kind), &mut pixel_samples, seen, &rule, &mut stack);
+                    (pixel_samples.photons, u64::from(pixel_samples.samples))
+                };
+                *found = match estimates[*at].stage {
+                    Stage::Refined => {
+                        // A given number has rays beside it, which a replicate chooses for itself.
+                        let grown = estimates[*at].samples - first_batch;
+                        let samples = if rule.share.is_some() { rule.samples } else { grown };
+                        let (photons, rays) = replicate_of(OF_REPLICATE, samples);
+                        ([photons; 2], rays)
+                    }
+                    Stage::First => {
+                        let (a, rays) = replicate_of(OF_REPLICATE, INITIAL_SAMPLES);
+                        let (b, more) = replicate_of(OF_SECOND_REPLICATE, INITIAL_SAMPLES);
+                        ([a, b], rays + more)
+                    }
+                };
+            }
+        });
+        let rays = all.iter().map(|(_, rays)| rays).sum();
+        (all.into_iter().map(|(photons, _)| photons).collect(), rays)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::draw::normal_quantile;
-    use crate::num::{f32_nearest, low_u32, u64_from};
+    use crate::num::{f32_nearest, low_u32};
 
     #[test]
     fn twins_tell_the_error_whatever_is_claimed() {

@@ -1,69 +1,77 @@
-//! Kernel of the first batch: traces tiles of four by four pixels of neighbouring rows, one sample of each pixel to a packet.
-
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+//! The first batch: traces tiles of four by four pixels of neighbouring rows, one sample of each pixel to a packet.
 
 use super::first_batch::{FirstBatch, Nearest, Quarters};
-use super::objects::{Instants, ObjectInView, Objects};
-use super::settings::{COLUMNS, ROWS};
-use super::view::{Aim, PacketPixels, View};
-use crate::draw::sobol::{self, SamplePoint, Seeds};
+use super::frame::{FrameRender, lamp_level, rows_of, share};
+use super::objects::{Instants, Objects};
+use super::settings::{COLUMNS, ROWS, Sampling};
+use super::view::{Aim, PacketPixels};
+use crate::draw::sobol::{self, SHARED_BITS, SamplePoint, Seeds};
 use crate::draw::{DrawKey, mix};
 use crate::num::{f32_from_u32, index, low_u32, u32_from, u32_truncated_f32, u64_from};
-use crate::optics::motion::{PacketMotion, Timeline};
+use crate::optics::motion::PacketMotion;
+use crate::parallel::over_chunks;
 use crate::scene::lanes::{Floats, LANES};
 use crate::scene::light::Bands;
 use crate::scene::texture::footprint::SampleShare;
 use crate::scene::tracer::Stack;
-use crate::simd::Kernel;
+use crate::simd::{Kernel, dispatch};
 
-/// What all rows of a pass share.
-#[derive(Clone, Copy, Debug)]
-pub struct Pass {
-    /// Samples of each pixel.
-    pub count: u32,
-    /// Share of the pixel, and of the motion over the exposure, that a sample stands for.
-    pub shares: [f32; 2],
-    /// Still pictures that the samples are dealt to in turn, all of a picture at its instant; 0 for samples at all times.
-    pub subframes: u32,
-    /// Samples of one still picture.
-    pub each: u32,
-    /// Logarithm to base 2 of the strata of time that the level of flickering lamps is known for.
-    pub strata_log2: u32,
-}
-
-impl Pass {
-    /// The stratum of time of a sample among those that the lamps' level is known for.
-    #[inline(always)]
-    fn stratum(&self, number: u32, shared: u32) -> usize {
-        if self.subframes > 0 { index(number / self.each) } else { sobol::stratum(shared, self.strata_log2) }
+impl FrameRender<'_> {
+    /// The first batch of every pixel, of `count` samples.
+    pub fn first_batch(&self, count: u32) -> Vec<FirstBatch> {
+        let Sampling { subframes, samples_per_pixel, key, .. } = self.sampling;
+        // A still picture is filtered for itself, and not along the motion.
+        let [pixel, exposure] = if subframes > 0 { [share(samples_per_pixel), 0.0] } else { [share(count); 2] };
+        let shares = SampleShare::new(pixel, exposure);
+        let strata_log2 = count.ilog2().min(SHARED_BITS);
+        let strata = if subframes > 0 { index(subframes) } else { 1 << strata_log2 };
+        let mut seen = vec![FirstBatch::NONE; self.width() * self.shutter.len()];
+        over_chunks(&mut seen, self.width() * ROWS, |group, seen| {
+            let row_of = rows_of(group, self.shutter.len());
+            let levels = |stratum: usize| {
+                let of_row = row_of.map(|row| lamp_level(&self.view, self.shutter[row], stratum, strata));
+                std::array::from_fn(|lane| of_row[lane / COLUMNS])
+            };
+            let lamp_levels: Vec<[f32; LANES]> = (0..strata).map(levels).collect();
+            dispatch(Rows {
+                picture: self,
+                group,
+                lamp_levels: &lamp_levels,
+                photons_per_lux: row_of.map(|row| std::array::from_fn(|column| self.photons_per_lux(column, row))),
+                keys: row_of.map(|row| key.with(u64_from(row))),
+                count,
+                shares: &shares,
+                strata_log2,
+                seen,
+            });
+        });
+        if let Some(kept) = &self.kept {
+            let photons = kept.photons.values().iter().enumerate().filter(|(at, _)| !self.is_rendered(*at));
+            photons.for_each(|(at, photons)| seen[at].photons = *photons);
+        }
+        seen
     }
 }
 
-/// Neighbouring rows. Lanes beyond the last row of the picture repeat it; their results are not written.
-pub struct Rows<'a> {
-    /// Scene and camera.
-    pub view: View<'a>,
-    /// How the camera moves over the rows' exposures.
-    pub timeline: &'a Timeline,
-    /// What moves beside the camera.
-    pub objects: &'a [ObjectInView],
+/// A group of neighbouring rows. Lanes beyond the last row of the picture repeat it; their results are not written.
+struct Rows<'a> {
+    picture: &'a FrameRender<'a>,
+    group: usize,
     /// Level of the flickering lamps in each stratum of time, lane by lane.
-    pub lamp_levels: &'a [[f32; LANES]],
+    lamp_levels: &'a [[f32; LANES]],
     /// Photons of each band per lux-equivalent behind a pixel's filter, on the axis, over each row's exposure; by row, then by column
     /// of the filters' pattern.
-    pub photons_per_lux: [[Bands; COLUMNS]; ROWS],
-    /// The first row.
-    pub first: usize,
-    /// Rows within the picture.
-    pub count: usize,
+    photons_per_lux: [[Bands; COLUMNS]; ROWS],
     /// Key of each row.
-    pub keys: [DrawKey; ROWS],
-    /// Which samples.
-    pub pass: &'a Pass,
-    /// Which tiles are rendered; none: all.
-    pub tiles: Option<&'a [bool]>,
+    keys: [DrawKey; ROWS],
+    /// Samples of each pixel.
+    count: u32,
+    /// What each sample stands for.
+    shares: &'a SampleShare,
+    /// Logarithm to base 2 of the strata of time that the level of flickering lamps is known for; without sub-frames.
+    strata_log2: u32,
     /// Results, row by row.
-    pub seen: &'a mut [FirstBatch],
+    seen: &'a mut [FirstBatch],
 }
 
 impl Kernel for Rows<'_> {
@@ -71,18 +79,20 @@ impl Kernel for Rows<'_> {
 
     #[inline(always)]
     fn run(self) {
-        let width = index(self.view.camera.size.width_px);
+        let width = self.picture.width();
+        let rows = self.seen.len() / width;
+        let tiles = self.picture.kept.as_ref().map(|kept| &kept.tiles[self.group]);
         let mut stack = Stack::new();
         for first in (0..width).step_by(COLUMNS) {
-            if self.tiles.is_some_and(|tiles| !tiles[first / COLUMNS]) {
+            if tiles.is_some_and(|tiles| !tiles[first / COLUMNS]) {
                 continue;
             }
-            let (pixels, seeds) = self.pixels(first, width);
-            let (parts, nearest) = self.gather(&pixels, &seeds, &mut stack);
+            let (pixels, seeds) = self.pixels(first, [width, rows]);
+            let (quarters, nearest) = self.gather(&pixels, &seeds, &mut stack);
             for lane in 0..LANES {
                 let (row, column) = (lane / COLUMNS, first + lane % COLUMNS);
-                if row < self.count && column < width {
-                    self.seen[row * width + column] = parts.seen(lane, nearest[lane]);
+                if row < rows && column < width {
+                    self.seen[row * width + column] = quarters.seen(lane, nearest[lane]);
                 }
             }
         }
@@ -91,16 +101,17 @@ impl Kernel for Rows<'_> {
 
 impl Rows<'_> {
     #[inline(always)]
-    fn pixels(&self, first: usize, width: usize) -> (PacketPixels, Seeds<LANES>) {
+    fn pixels(&self, first: usize, [width, rows]: [usize; 2]) -> (PacketPixels, Seeds<LANES>) {
         let mut pixels = PacketPixels::NONE;
         let mut seeds =
             Seeds { lanes: [[0; LANES]; 3], packet: low_u32(self.keys[0].with(u64_from(first) | 1 << 40).0) };
-        let pattern_px = self.view.camera.mosaic.width_px();
+        let camera = self.picture.view.camera;
+        let pattern_px = camera.mosaic.width_px();
         for lane in 0..LANES {
             // Lanes beyond the last column or row repeat it.
             let x = (first + lane % COLUMNS).min(width - 1);
-            let y = self.first + (lane / COLUMNS).min(self.count - 1);
-            pixels.set(lane, self.view.camera, [x, y], &self.photons_per_lux[lane / COLUMNS][x % pattern_px]);
+            let y = self.group * ROWS + (lane / COLUMNS).min(rows - 1);
+            pixels.set(lane..lane + 1, camera, [x, y], &self.photons_per_lux[lane / COLUMNS][x % pattern_px]);
             let bits = self.keys[lane / COLUMNS].with(u64_from(x)).0;
             let more = mix(bits);
             for (number, word) in [bits, bits >> 32, more].into_iter().enumerate() {
@@ -111,44 +122,47 @@ impl Rows<'_> {
         (pixels, seeds)
     }
 
-    /// Mean photons of the pass's samples, by quarters of the pass, and the nearest surface of each pixel.
+    /// Mean photons of the samples by quarters of the batch, and the nearest surface of each pixel.
     #[inline(always)]
     fn gather(&self, pixels: &PacketPixels, seeds: &Seeds<LANES>, stack: &mut Stack) -> (Quarters, [Nearest; LANES]) {
-        let mut parts = Quarters::new(self.pass.count);
+        let FrameRender { view, sampling, timelines, objects, .. } = self.picture;
+        let Sampling { subframes, samples_per_pixel, .. } = *sampling;
+        let timeline = &timelines[self.group];
+        let pieces = f32_from_u32(u32_from(timeline.pieces.len()));
+        let mut quarters = Quarters::new(self.count);
         let mut nearest = [Nearest::NONE; LANES];
-        let shares = SampleShare::new(self.pass.shares[0], self.pass.shares[1]);
-        let pieces = f32_from_u32(u32_from(self.timeline.pieces.len()));
-        for number in 0..self.pass.count {
+        for number in 0..self.count {
             let SamplePoint { place: [x, y, t], shared } = sobol::place(number, seeds);
             let [x, y, mut t] = [Floats(x), Floats(y), Floats(t)];
-            let stratum = self.pass.stratum(number, shared);
-            let mut piece = 0;
-            if self.pass.subframes > 0 {
-                let middle = (f32_from_u32(number / self.pass.each) + 0.5) / f32_from_u32(self.pass.subframes);
+            let (mut stratum, mut piece) = (sobol::stratum(shared, self.strata_log2), 0);
+            if subframes > 0 {
+                let subframe = number / samples_per_pixel;
+                let middle = (f32_from_u32(subframe) + 0.5) / f32_from_u32(subframes);
                 t = Floats::splat(middle);
+                stratum = index(subframe);
                 piece = index(u32_truncated_f32(middle * pieces));
-            } else if !self.timeline.is_still {
-                piece = sobol::stratum(shared, self.timeline.pieces.len().trailing_zeros());
+            } else if !timeline.is_still {
+                piece = sobol::stratum(shared, timeline.pieces.len().trailing_zeros());
             }
             let aim = Aim {
+                pixels,
                 place: [x, y, t],
-                motion: PacketMotion::ByLane(&self.timeline.pieces[piece]),
+                motion: PacketMotion::ByLane(&timeline.pieces[piece]),
                 share: t * Floats::splat(pieces) - Floats::splat(f32_from_u32(u32_from(piece))),
-                pieces: if self.timeline.is_still { 0.0 } else { pieces },
+                pieces: if timeline.is_still { 0.0 } else { pieces },
                 lamp_levels: &self.lamp_levels[stratum],
                 lanes: LANES,
-                shares: &shares,
+                shares: self.shares,
                 moves: None,
                 numbers: &[number; LANES],
-                objects: Objects { all: self.objects, group: self.first / ROWS, instants: Instants::Tile(piece) },
+                objects: Objects { all: objects, group: self.group, instants: Instants::Tile(piece) },
             };
-            let sampled = self.view.sample(pixels, &aim, stack);
-            parts.add(number, sampled.photons);
+            let (photons, met) = view.sample(&aim, stack);
+            quarters.add(number, photons);
             for lane in 0..LANES {
-                nearest[lane] =
-                    nearest[lane].or(Nearest { distance_m: sampled.distance_m.0[lane], object: sampled.object[lane] });
+                nearest[lane] = nearest[lane].or(met.lane(lane));
             }
         }
-        (parts, nearest)
+        (quarters, nearest)
     }
 }

@@ -1,16 +1,18 @@
 //! What a ray's light depends on: the view, the pixels of a packet and the aim of its rays.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+use std::ops::Range;
 
 use super::super::camera::Camera;
-use super::super::motion::{PacketMotion, Turns};
+use super::super::motion::{PacketMotion, Turn, Turns};
+use super::first_batch::Nearest;
 use super::objects::Objects;
 use super::settings::Sampling;
 use crate::scene::LitScene;
 use crate::scene::lanes::{Floats, LANES, Vectors};
-use crate::scene::light::BANDS;
+use crate::scene::light::{BANDS, Bands};
+use crate::scene::mesh::{BackfaceCulled, sub};
 use crate::scene::texture::footprint::SampleShare;
-use crate::scene::tracer::{Hits, Packet};
+use crate::scene::tracer::{Hits, Packet, Stack, closest_inline_through};
 
 /// What all rays of a render share.
 #[derive(Clone, Copy)]
@@ -49,9 +51,56 @@ pub struct PacketPixels {
     pub facet_seeds: [u32; LANES],
 }
 
+impl PacketPixels {
+    /// None yet.
+    pub const NONE: Self = {
+        let zero = Floats([0.0; LANES]);
+        Self {
+            corners: [[zero; 3]; 4],
+            spread: zero,
+            photons_per_lux: [zero; BANDS],
+            t_max: Floats([-1.0; LANES]),
+            facet_seeds: [0; LANES],
+        }
+    };
+
+    /// Lets some lanes look through a pixel. A pixel without a bearing stays dark.
+    #[inline(always)]
+    pub fn set(&mut self, lanes: Range<usize>, camera: &Camera, [x, y]: [usize; 2], photons_per_lux: &Bands) {
+        let Some(corners) = camera.corners(x, y) else { return };
+        let spread = camera.spread(x, y);
+        for lane in lanes {
+            self.t_max.0[lane] = f32::MAX;
+            self.spread.0[lane] = spread;
+            for band in 0..BANDS {
+                self.photons_per_lux[band].0[lane] = photons_per_lux[band];
+            }
+            for corner in 0..4 {
+                for axis in 0..3 {
+                    self.corners[corner][axis].0[lane] = corners[corner][axis];
+                }
+            }
+        }
+    }
+
+    /// From the first corner of a lane's pixel to another, at a distance.
+    #[inline(always)]
+    pub fn to_corner_m(&self, [lane, corner]: [usize; 2], pose: &Turn, t_m: f32) -> [f32; 3] {
+        let step = pose.turned(sub(lane3(&self.corners[corner], lane), lane3(&self.corners[0], lane)));
+        [step[0] * t_m, step[1] * t_m, step[2] * t_m]
+    }
+}
+
+/// One lane of vectors.
+#[inline(always)]
+pub fn lane3(vectors: &Vectors, lane: usize) -> [f32; 3] {
+    [vectors[0].0[lane], vectors[1].0[lane], vectors[2].0[lane]]
+}
+
 /// Where, when and for how much of its pixel each lane's ray stands.
 #[derive(Clone, Copy)]
 pub struct Aim<'a> {
+    pub pixels: &'a PacketPixels,
     /// Place in the pixel from its left and from its upper edge, and in the exposure, each 0..1.
     pub place: [Floats; 3],
     /// The camera's motion over the lanes' pieces of time.
@@ -75,15 +124,40 @@ pub struct Aim<'a> {
 }
 
 /// What a look-up of a texture averages over.
-pub(super) enum Filter<'a> {
+pub enum Filter<'a> {
     /// A share of the pixel and of the motion, by ray differentials.
-    Primary { pixels: &'a PacketPixels, bearing: &'a Vectors, pose: &'a Turns },
+    Primary { bearing: &'a Vectors, pose: &'a Turns },
     /// A circle, by the length of the path.
     Reflected { width_m: Floats },
 }
 
 /// A packet of rays and what they met.
-pub(super) struct Traced {
+pub struct Traced {
     pub hits: Hits,
     pub packet: Packet,
+}
+
+impl Traced {
+    /// The nearest surfaces of a scene that face the rays.
+    #[inline(always)]
+    pub fn through(scene: &LitScene, packet: Packet, stack: &mut Stack) -> Self {
+        let scene = scene.scene();
+        let hits = closest_inline_through(&scene.bvh, &BackfaceCulled(&scene.mesh), &packet, stack);
+        Self { hits, packet }
+    }
+}
+
+/// The nearest surfaces that the samples of a packet met, by lane.
+pub struct NearestHits {
+    pub distance_m: Floats,
+    /// Number of the moving object from 1; 0 for the fixed scene.
+    pub object: [u32; LANES],
+}
+
+impl NearestHits {
+    /// That of one lane.
+    #[inline(always)]
+    pub fn lane(&self, lane: usize) -> Nearest {
+        Nearest { distance_m: self.distance_m.0[lane], object: self.object[lane] }
+    }
 }
