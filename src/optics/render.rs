@@ -37,7 +37,8 @@ use crate::units::Span;
 use allocation::{Estimate, INITIAL_SAMPLES, Stage};
 use first_batch::FirstBatch;
 use frame::{FrameRender, Kept};
-use pixel::{Refined, StoppingRule};
+use pixel::StoppingRule;
+use pixel_samples::PixelSamples;
 pub use settings::{Exposure, Sampling};
 use view::View;
 
@@ -162,13 +163,12 @@ fn stratified_by_pixel(picture: &FrameRender, samples: u32) -> Exposure {
     let Sampling { saturation_photons, .. } = picture.sampling;
     let seen = picture.first_batch(1);
     let rule = StoppingRule { samples, least_gain: None, saturation_photons, share: Some(frame::share(samples)) };
-    let mut refined: Vec<Refined> = (0..seen.len()).filter(|&at| picture.is_rendered(at)).map(Refined::at).collect();
+    let begun = |at: usize| PixelSamples { at, ..PixelSamples::default() };
+    let mut refined: Vec<_> = (0..seen.len()).filter(|&at| picture.is_rendered(at)).map(begun).collect();
     picture.refine(&mut refined, &seen, &rule);
     let width = picture.width();
     let mut estimates = allocation::first_estimates(&seen, width, 1, saturation_photons);
-    for Refined { at, pixel_samples } in &refined {
-        estimates[*at] = Estimate::refined(pixel_samples.photons, pixel_samples.variance(), 1, samples);
-    }
+    refined.iter().for_each(|pixel_samples| estimates[pixel_samples.at] = pixel_samples.estimate(1));
     with_stated_error(picture, estimates, &seen, 1, &rule)
 }
 
@@ -181,7 +181,7 @@ fn to_target(picture: &FrameRender, given: Option<f32>) -> FixedPicture {
     let seen = picture.first_batch(first_batch);
     let mut estimates = allocation::first_estimates(&seen, width, first_batch, saturation_photons);
     let mut rule = StoppingRule { samples: samples_max, least_gain: None, saturation_photons, share: None };
-    let mut refined: Vec<Refined> = Vec::new();
+    let mut refined: Vec<PixelSamples> = Vec::new();
     for _ in 0..PASSES_MAX {
         if samples_max < INITIAL_SAMPLES {
             break;
@@ -194,16 +194,15 @@ fn to_target(picture: &FrameRender, given: Option<f32>) -> FixedPicture {
             let may_count = is_first && picture.is_rendered(at) && estimate.may_count(saturation_photons);
             if may_count && estimate.marginal_gain() >= least {
                 estimate.stage = Stage::Refined;
-                refined.push(Refined::at(at));
+                refined.push(PixelSamples { at, ..PixelSamples::default() });
             }
         }
         picture.refine(&mut refined, &seen, &rule);
         let mut grown = false;
-        for Refined { at, pixel_samples } in &refined {
-            let estimate = &mut estimates[*at];
-            grown |= first_batch + pixel_samples.samples != estimate.samples;
-            *estimate =
-                Estimate::refined(pixel_samples.photons, pixel_samples.variance(), first_batch, pixel_samples.samples);
+        for pixel_samples in &refined {
+            let estimate = pixel_samples.estimate(first_batch);
+            grown |= estimate.samples != estimates[pixel_samples.at].samples;
+            estimates[pixel_samples.at] = estimate;
         }
         if !grown {
             break;

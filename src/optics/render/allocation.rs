@@ -37,16 +37,14 @@ impl Estimate {
 
     /// Whether it may be below saturation: pixels of few samples at the rim of a lamp look brighter than they are.
     pub fn may_count(&self, saturation_photons: f32) -> bool {
-        may_count(self.photons, self.variance, saturation_photons)
+        (self.photons > 0.0 || self.variance > 0.0)
+            && self.photons - SURE_SIGMAS * self.variance.sqrt() < saturation_photons
     }
 
-    /// Variance over photons.
+    /// Variance over photons. The photons count as one sigma at least: a pixel that seems dark may have missed that many.
     pub fn ratio(&self) -> f32 {
-        ratio(self.photons, self.variance)
-    }
-
-    pub fn refined(photons: f32, variance: f32, first_batch: u32, refined: u32) -> Self {
-        Self { photons, variance, samples: first_batch + refined, stage: Stage::Refined }
+        let sigma = self.variance.sqrt();
+        self.variance / if self.photons > sigma { self.photons } else { sigma }
     }
 
     /// Whether it rests on fewer samples than a refinement begins with.
@@ -90,17 +88,6 @@ fn contrast(seen: &[FirstBatch], width: usize, at: usize) -> (f32, f32) {
 
 /// Sigmas above saturation at which a pixel surely is.
 const SURE_SIGMAS: f32 = 3.0;
-
-/// Whether a pixel with these estimates of photons and variance may be lit and below saturation.
-pub fn may_count(photons: f32, variance: f32, saturation_photons: f32) -> bool {
-    (photons > 0.0 || variance > 0.0) && photons - SURE_SIGMAS * variance.sqrt() < saturation_photons
-}
-
-/// Variance over photons. The photons count as one sigma at least: a pixel that seems dark may have missed that many.
-pub fn ratio(photons: f32, variance: f32) -> f32 {
-    let sigma = variance.sqrt();
-    variance / if photons > sigma { photons } else { sigma }
-}
 
 /// Bound on the variance of a feature that n samples of a pixel missed, times n^3. The edge of a feature of contrast c lies anywhere over
 /// two pixels. With probability 1 / 2n it lies in the share 1 / n of a pixel that the samples missed. The error is then uniform up to
@@ -243,6 +230,10 @@ mod tests {
     use super::*;
     use crate::draw::DrawKey;
 
+    fn refined(photons: f32, variance: f32) -> Estimate {
+        Estimate { photons, variance, samples: 16, stage: Stage::Refined }
+    }
+
     #[test]
     fn bringing_all_gains_to_the_level_meets_the_target() {
         let mut tried = 0;
@@ -250,7 +241,7 @@ mod tests {
             // Variances over six decades; few pixels hold most of the sum.
             let of = |number: u64| {
                 let share = crate::num::f64_from_u64(DrawKey::root(9).with(number).0 >> 32) / 4_294_967_296.0;
-                Estimate::refined(100.0, f32_nearest(libm::pow(10.0, 6.0 * share)), 0, 16)
+                refined(100.0, f32_nearest(libm::pow(10.0, 6.0 * share)))
             };
             let estimates: Vec<Estimate> = (0..5_000).map(of).collect();
             let level = f64::from(least_gain(&estimates, target, f32::INFINITY).unwrap());
@@ -271,13 +262,12 @@ mod tests {
 
     #[test]
     fn lamps_take_no_rays_and_their_rims_do() {
-        assert!(
-            !may_count(1_000.0, 100.0, 500.0) && may_count(1_000.0, 40_000.0, 500.0) && !may_count(0.0, 0.0, 500.0)
-        );
+        let may_count = |photons: f32, variance: f32| refined(photons, variance).may_count(500.0);
+        assert!(!may_count(1_000.0, 100.0) && may_count(1_000.0, 40_000.0) && !may_count(0.0, 0.0));
     }
 
     /// Three by three pixels of four samples each that saw as much, the middle one's within its own spread.
-    fn around(photons: f32, spread: f32) -> Vec<FirstBatch> {
+    fn with_spread(photons: f32, spread: f32) -> Vec<FirstBatch> {
         let uniform = FirstBatch { photons, ..FirstBatch::NONE };
         let mut seen = vec![uniform; 9];
         seen[4] =
@@ -288,7 +278,7 @@ mod tests {
     #[test]
     fn a_pixel_of_which_most_samples_met_a_lamp_may_be_below_saturation() {
         // Three of four samples of 40,000: the mean's own sigma is 40,000 sqrt(3 / 64) = 8,660, three of which reach below 10,000.
-        let mut seen = around(40_000.0, 40_000.0 * 40_000.0 * 3.0 / 16.0);
+        let mut seen = with_spread(40_000.0, 40_000.0 * 40_000.0 * 3.0 / 16.0);
         seen[4].photons = 30_000.0;
         let estimates = first_estimates(&seen, 3, 4, 10_000.0);
         assert!(estimates[4].may_count(10_000.0), "{:?}", estimates[4]);
@@ -298,11 +288,11 @@ mod tests {
     #[test]
     fn what_a_neighbour_s_samples_differ_by_may_be_hidden_here() {
         let spread = 48.0;
-        let estimates = first_estimates(&around(100.0, spread), 3, 4, f32::INFINITY);
+        let estimates = first_estimates(&with_spread(100.0, spread), 3, 4, f32::INFINITY);
         // A contrast of c^2 = 5 spreads over 6 times 4^3; on a neighbour lies what the halves left besides.
         let least = PER_SPREAD * spread / 6.0 / 64.0;
         assert!(estimates.iter().all(|estimate| estimate.variance >= least * 0.999), "{estimates:?}");
-        let without_spread = first_estimates(&around(100.0, 0.0), 3, 4, f32::INFINITY);
+        let without_spread = first_estimates(&with_spread(100.0, 0.0), 3, 4, f32::INFINITY);
         assert!(without_spread.iter().all(|estimate| estimate.variance == 0.0), "{without_spread:?}");
     }
 }

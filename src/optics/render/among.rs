@@ -80,13 +80,6 @@ pub(super) struct AmongObjects<'a, 'b> {
     pub stack: &'a mut Stack,
 }
 
-/// What rays meet of one object.
-struct OnObject {
-    number: usize,
-    traced: Traced,
-    pose: Turns,
-}
-
 impl Kernel for AmongObjects<'_, '_> {
     type Output = ([Floats; BANDS], NearestHits);
 
@@ -94,9 +87,12 @@ impl Kernel for AmongObjects<'_, '_> {
     fn run(self) -> Self::Output {
         let Self { view, aim, bearing, pose, mut traced, stack } = self;
         let Objects { all, group, instants } = aim.objects;
+        // Rays that end before they begin.
+        let ended = Floats::splat(-1.0);
         let is_ray = Floats::splat(0.0).below(traced.packet.t_max);
         let mut distance_m = traced.hits.t;
-        let mut met: Vec<OnObject> = Vec::new();
+        // Numbers of objects, what rays met of them, and the poses of the rays in their frames.
+        let mut met: Vec<(usize, Traced, Turns)> = Vec::new();
         for (number, object) in all.iter().enumerate() {
             if !object.may_be_near(group, &bearing, Floats::splat(0.0)) {
                 continue;
@@ -107,7 +103,7 @@ impl Kernel for AmongObjects<'_, '_> {
                 origin_m: own_pose.place_m(),
                 direction: own_pose.turned(bearing),
                 t_min: Floats::splat(0.0),
-                t_max: is_ray.select(distance_m, Floats::splat(-1.0)),
+                t_max: is_ray.select(distance_m, ended),
             };
             let mut own = Traced::through(&object.lit, packet, stack);
             let lanes = hit(&own.hits.triangle) & is_ray;
@@ -116,14 +112,16 @@ impl Kernel for AmongObjects<'_, '_> {
             }
             distance_m = lanes.select(own.hits.t, distance_m);
             // Nearer than all before.
-            leave_out(&mut traced.packet.t_max, lanes);
-            met.iter_mut().for_each(|other| leave_out(&mut other.traced.packet.t_max, lanes));
-            own.packet.t_max = lanes.select(own.packet.t_max, Floats::splat(-1.0));
-            met.push(OnObject { number, traced: own, pose: own_pose });
+            traced.packet.t_max = lanes.select(ended, traced.packet.t_max);
+            for (_, other, _) in &mut met {
+                other.packet.t_max = lanes.select(ended, other.packet.t_max);
+            }
+            own.packet.t_max = lanes.select(own.packet.t_max, ended);
+            met.push((number, own, own_pose));
         }
         let mut lux = view.light_of(&traced, aim, &Filter::Primary { bearing: &bearing, pose: &pose }, stack);
         let mut object = [0; LANES];
-        for OnObject { number, traced, pose } in &met {
+        for (number, traced, pose) in &met {
             let seen = &all[*number];
             let mut gathered = None;
             let motion = instants.of(&seen.timelines[group], &mut gathered);
@@ -146,10 +144,4 @@ impl Kernel for AmongObjects<'_, '_> {
 #[inline(always)]
 fn hit(triangles: &[u32; LANES]) -> Mask {
     Mask(std::array::from_fn(|lane| if triangles[lane] == MISS { 0 } else { u32::MAX }))
-}
-
-/// Ends rays before they begin.
-#[inline(always)]
-fn leave_out(t_max: &mut Floats, lanes: Mask) {
-    *t_max = lanes.select(Floats::splat(-1.0), *t_max);
 }

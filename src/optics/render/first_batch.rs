@@ -18,7 +18,6 @@ pub const LEFT_TYPICAL: f32 = 0.4 / 0.6;
 /// What the first batch of a pixel found.
 #[derive(Clone, Copy, Debug)]
 pub struct FirstBatch {
-    /// Mean photons.
     pub photons: f32,
     /// Variance that the last doubling removed, photons^2.
     pub removed_variance: f32,
@@ -26,7 +25,6 @@ pub struct FirstBatch {
     pub removed_variance_before: f32,
     /// Variance of the samples about their mean, as far as quarters show it.
     pub spread: f32,
-    /// The nearest surface.
     pub nearest: Nearest,
 }
 
@@ -106,13 +104,8 @@ impl Quarters {
         let removed_variance_before = 0.5 * (self.join_gain(0, 1, lane) + self.join_gain(2, 3, lane));
         // Quarters of two samples are empty.
         let spread = if self.count < 4 { removed_variance } else { removed_variance + removed_variance_before };
-        FirstBatch {
-            photons: a + difference * -(of_b / all),
-            removed_variance,
-            removed_variance_before,
-            spread,
-            nearest,
-        }
+        let photons = a + difference * -(of_b / all);
+        FirstBatch { photons, removed_variance, removed_variance_before, spread, nearest }
     }
 }
 

@@ -92,14 +92,9 @@ impl<'a> FrameRender<'a> {
         index(self.view.camera.size.width_px)
     }
 
-    /// Column and row of a pixel.
-    pub fn column_and_row(&self, at: usize) -> [usize; 2] {
-        [at % self.width(), at / self.width()]
-    }
-
     /// Whether a pixel is rendered.
     pub fn is_rendered(&self, at: usize) -> bool {
-        let [x, y] = self.column_and_row(at);
+        let (x, y) = (at % self.width(), at / self.width());
         self.kept.as_ref().is_none_or(|kept| kept.tiles[y / ROWS][x / COLUMNS])
     }
 

@@ -3,14 +3,14 @@
 //! The samples are prefixes of one scrambled Sobol' sequence over the points of the surface that the pixel passes (`shear`), so a
 //! doubling keeps what is there. Their variance at an edge falls as 1 / n^1.5, and as 1 / n^2 where the edge is upright or level.
 
-use super::allocation::{INITIAL_SAMPLES, may_count, missed_variance, ratio};
+use super::allocation::{INITIAL_SAMPLES, missed_variance};
 use super::first_batch::{FirstBatch, Nearest};
 use super::frame::{FrameRender, share};
 use super::objects::{Instants, Objects};
 use super::pixel_samples::{OF_BEFORE, PixelSamples};
 use super::settings::{COLUMNS, ROWS};
 use super::shear::{ShearedSamples, sheared_lanes};
-use super::view::{Aim, PacketPixels};
+use super::view::{Aim, PacketPixels, lane3};
 use crate::draw::sobol::points;
 use crate::draw::{DrawKey, mix};
 use crate::num::{f32_from_u32, f32_nearest, index, low_u32, u32_from, u32_truncated_f32, u64_from};
@@ -18,7 +18,7 @@ use crate::optics::motion::{PacketMotion, Timeline};
 use crate::parallel::over_chunks;
 use crate::scene::lanes::{Floats, LANES};
 use crate::scene::mesh::{dot, sub};
-use crate::scene::texture::footprint::SampleShare;
+use crate::scene::texture::footprint::{Look, SampleShare};
 use crate::scene::tracer::Stack;
 use crate::simd::{Kernel, dispatch};
 
@@ -44,38 +44,23 @@ impl StoppingRule {
     /// Whether a pixel needs no more samples.
     pub fn is_enough(&self, pixel_samples: &PixelSamples) -> bool {
         let Some(least) = self.least_gain else { return false };
-        let variance = pixel_samples.variance();
-        let counts = may_count(pixel_samples.photons, variance, self.saturation_photons);
-        !counts || ratio(pixel_samples.photons, variance) < least * f32_from_u32(pixel_samples.samples)
-    }
-}
-
-/// A pixel that is refined.
-pub struct Refined {
-    /// Place in the picture, row by row.
-    pub at: usize,
-    pub pixel_samples: PixelSamples,
-}
-
-impl Refined {
-    /// Without samples yet.
-    pub fn at(at: usize) -> Self {
-        Self { at, pixel_samples: PixelSamples::new(0.0) }
+        let estimate = pixel_samples.estimate(0);
+        !estimate.may_count(self.saturation_photons) || estimate.ratio() < least * f32_from_u32(estimate.samples)
     }
 }
 
 impl FrameRender<'_> {
     /// Refines pixels until a rule has enough.
-    pub fn refine(&self, refined: &mut [Refined], seen: &[FirstBatch], rule: &StoppingRule) {
+    pub fn refine(&self, refined: &mut [PixelSamples], seen: &[FirstBatch], rule: &StoppingRule) {
         over_chunks(refined, CHUNK, |_, refined| {
             let mut stack = Stack::new();
-            for Refined { at, pixel_samples } in refined {
+            for pixel_samples in refined {
                 if pixel_samples.samples == 0 {
-                    pixel_samples.missed_variance = missed_variance(seen, self.width(), *at);
+                    pixel_samples.missed_variance = missed_variance(seen, self.width(), pixel_samples.at);
                 } else if pixel_samples.samples >= rule.samples || rule.is_enough(pixel_samples) {
                     continue;
                 }
-                self.refine_pixel((*at, OF_REFINED), pixel_samples, seen, rule, &mut stack);
+                self.refine_pixel(OF_REFINED, pixel_samples, seen, rule, &mut stack);
             }
         });
     }
@@ -84,13 +69,14 @@ impl FrameRender<'_> {
     /// surface that it or one of the four pixels beside it met.
     pub fn refine_pixel(
         &self,
-        (at, kind): (usize, u64),
+        kind: u64,
         pixel_samples: &mut PixelSamples,
         seen: &[FirstBatch],
         rule: &StoppingRule,
         stack: &mut Stack,
     ) {
-        let (width, [x, y]) = (self.width(), self.column_and_row(at));
+        let (at, width) = (pixel_samples.at, self.width());
+        let (x, y) = (at % width, at / width);
         let beside = [
             y * width + x.saturating_sub(1),
             y * width + (x + 1).min(width - 1),
@@ -116,15 +102,6 @@ struct Pixel<'a> {
 }
 
 impl Pixel<'_> {
-    /// The pixel in all lanes.
-    #[inline(always)]
-    fn pixels(&self) -> PacketPixels {
-        let [x, y] = self.at;
-        let mut pixels = PacketPixels { facet_seeds: [low_u32(mix(self.key.0) >> 32); LANES], ..PacketPixels::NONE };
-        pixels.set(0..LANES, self.picture.view.camera, self.at, &self.picture.photons_per_lux(x, y));
-        pixels
-    }
-
     /// How far the pixel goes over a surface, in its own widths and heights over the exposure, about its middle.
     fn velocity_px(&self, pixels: &PacketPixels, Nearest { distance_m, object }: Nearest) -> [f32; 2] {
         let timeline = match object.checked_sub(1) {
@@ -138,8 +115,7 @@ impl Pixel<'_> {
         let distance_m = if distance_m < 1e6 { distance_m } else { 1e6 };
         let lane = self.at[1] % ROWS * COLUMNS;
         let (pose, change) = (timeline.turn_at(lane, 0.5), timeline.change_at(lane, 0.5));
-        let corner = |number: usize| pixels.corners[number].each_ref().map(|axis| axis.0[0]);
-        let [first, right, down, last] = [corner(0), corner(1), corner(2), corner(3)];
+        let [first, right, down, last] = pixels.corners.each_ref().map(|corners| lane3(corners, 0));
         let bearing = [0, 1, 2].map(|axis| 0.25 * (first[axis] + right[axis] + down[axis] + last[axis]));
         let to = |corner: [f32; 3]| pose.turned(sub(corner, first));
         let direction = pose.turned(bearing);
@@ -184,7 +160,7 @@ impl Pixel<'_> {
             lamp_levels: &levels,
             lanes,
             shares,
-            moves: Some(&sheared.inwards),
+            look: Look::By(sheared.inwards),
             numbers,
             objects: Objects { all: objects, group, instants: Instants::Row(row) },
         };
@@ -223,9 +199,11 @@ impl Kernel for Refinement<'_> {
     #[inline(always)]
     fn run(self) {
         let Self { pixel, pixel_samples, nearest, rule, stack } = self;
-        let pixels = pixel.pixels();
+        let Pixel { picture, at: [x, y], key, .. } = pixel;
+        let mut pixels = PacketPixels { facet_seeds: [low_u32(mix(key.0) >> 32); LANES], ..PacketPixels::NONE };
+        pixels.set(0..LANES, picture.view.camera, [x, y], &picture.photons_per_lux(x, y));
         let velocity_px = pixel.velocity_px(&pixels, nearest);
-        let seeds = seeds(pixel.key);
+        let seeds = [key.0, key.0 >> 32, mix(key.0)].map(low_u32);
         while pixel_samples.samples < rule.samples && !(pixel_samples.samples > 0 && rule.is_enough(pixel_samples)) {
             let samples_before = pixel_samples.samples;
             let count =
@@ -272,11 +250,6 @@ fn halves_of(photons: &Floats, lanes: usize) -> [f64; 2] {
         sums[lane * 2 / LANES] += photons;
     }
     sums
-}
-
-/// Seeds of x, y and t.
-fn seeds(key: DrawKey) -> [u32; 3] {
-    [key.0, key.0 >> 32, mix(key.0)].map(low_u32)
 }
 
 /// The part of a vector across a direction of about unit length.

@@ -1,19 +1,20 @@
 //! Mean of one pixel's samples, and an estimate of the variance of that mean.
 
+use super::allocation::{Estimate, Stage};
 use super::first_batch::LEFT_TYPICAL;
 use crate::num::{f32_from_u32, f32_nearest, greater, u32_from};
 use crate::scene::lanes::{Floats, LANES};
 
 /// The samples of a refined pixel, summed up.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct PixelSamples {
+    /// Place of the pixel in the picture, row by row.
+    pub at: usize,
     /// Mean photons.
     pub photons: f32,
-    /// Number of samples.
     pub samples: u32,
-    /// Moments of the samples.
     pub moments: Moments,
-    /// Variance of its samples about their mean.
+    /// Variance of the samples about their mean.
     pub spread: f32,
     /// Root of their fourth central moment. Equal to `spread` for an edge that halves the pixel; greater the smaller the part that differs.
     pub root_fourth_moment: f32,
@@ -38,30 +39,20 @@ const OF_ONE: f32 = 0.5;
 pub const OF_BEFORE: f32 = 0.5 * 0.353_553_4;
 
 impl PixelSamples {
-    /// No samples yet; `missed_variance` as in the field.
-    pub const fn new(missed_variance: f32) -> Self {
-        Self {
-            photons: 0.0,
-            samples: 0,
-            moments: Moments::NONE,
-            spread: 0.0,
-            root_fourth_moment: 0.0,
-            removed_variance: 0.0,
-            missed_variance,
-        }
+    /// What they say of the pixel, which has more samples of a first batch.
+    pub fn estimate(&self, first_batch: u32) -> Estimate {
+        let samples = first_batch + self.samples;
+        Estimate { photons: self.photons, variance: self.variance(), samples, stage: Stage::Refined }
     }
 
     /// Replaces the moments and what follows from them.
     pub fn set_moments(&mut self, moments: Moments) {
-        let [spread, root_fourth_moment] = moments.spread_and_root_fourth_moment();
-        (self.moments, self.spread, self.root_fourth_moment) =
-            (moments, f32_nearest(spread), f32_nearest(root_fourth_moment));
-    }
-
-    /// Squared contrast of the part of the pixel that differs most: fourth central moment over variance.
-    pub fn fourth_moment_contrast2(&self) -> f32 {
-        let contrast = if self.spread > 0.0 { self.root_fourth_moment / self.spread.sqrt() } else { 0.0 };
-        contrast * contrast
+        let [mean, second, third, fourth] = moments.sums.map(|sum| sum / moments.count);
+        let mean2 = mean * mean;
+        let about_mean = fourth - 4.0 * mean * third + 6.0 * mean2 * second - 3.0 * mean2 * mean2;
+        self.moments = moments;
+        self.spread = f32_nearest(greater(second - mean2, 0.0));
+        self.root_fourth_moment = f32_nearest(greater(about_mean, 0.0).sqrt());
     }
 
     /// Estimate of the variance of the mean. Halves of a stratified set often have equally many samples on either side of an edge and then
@@ -71,14 +62,16 @@ impl PixelSamples {
     pub fn variance(&self) -> f32 {
         let n = f32_from_u32(self.samples.max(1));
         let resolved = LEFT_OF_FOURTH_MOMENT * self.root_fourth_moment / (n * n.sqrt());
+        // Of the part of the pixel that differs most: its squared contrast is the fourth central moment over the variance.
+        let contrast = if self.spread > 0.0 { self.root_fourth_moment / self.spread.sqrt() } else { 0.0 };
         0.5 * (resolved + LEFT_TYPICAL * self.removed_variance)
-            + OF_ONE * self.fourth_moment_contrast2() / (n * n)
+            + OF_ONE * (contrast * contrast) / (n * n)
             + self.missed_variance / (n * n * n)
     }
 }
 
 /// Sums of the first four powers of samples, taken about the first of them.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Moments {
     count: f64,
     about: f64,
@@ -86,9 +79,6 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// No samples.
-    pub const NONE: Self = Self { count: 0.0, about: 0.0, sums: [0.0; 4] };
-
     /// Adds the samples of the first lanes of a packet.
     #[inline(always)]
     pub fn add(&mut self, photons: &Floats, lanes: usize) {
@@ -105,14 +95,6 @@ impl Moments {
             }
             *sum += pairwise_sum(power);
         }
-    }
-
-    /// Variance of the samples and the root of their fourth central moment.
-    pub fn spread_and_root_fourth_moment(&self) -> [f64; 2] {
-        let [mean, second, third, fourth] = self.sums.map(|sum| sum / self.count);
-        let mean2 = mean * mean;
-        let about_mean = fourth - 4.0 * mean * third + 6.0 * mean2 * second - 3.0 * mean2 * mean2;
-        [greater(second - mean2, 0.0), greater(about_mean, 0.0).sqrt()]
     }
 }
 
@@ -136,7 +118,7 @@ mod tests {
     #[test]
     fn halves_that_agree_do_not_make_a_pixel_with_an_edge_exact() {
         let samples_of_pixel =
-            PixelSamples { photons: 20.0, samples: 64, root_fourth_moment: 400.0, ..PixelSamples::new(0.0) };
+            PixelSamples { photons: 20.0, samples: 64, root_fourth_moment: 400.0, ..PixelSamples::default() };
         // A quarter of the root fourth moment over n^1.5. Without a spread the term of single samples is 0. Exact in these numbers.
         assert_eq!(samples_of_pixel.variance(), 0.25 * 400.0 / 512.0);
         let without_edge = PixelSamples { root_fourth_moment: 0.0, ..samples_of_pixel };
@@ -149,8 +131,8 @@ mod tests {
         let mut tried = 0;
         for lit in [1, 2, 32, 512] {
             for from in [0, 500] {
-                let mut samples_of_pixel = PixelSamples { samples: 1_024, ..PixelSamples::new(0.0) };
-                let mut moments = Moments::NONE;
+                let mut samples_of_pixel = PixelSamples { samples: 1_024, ..PixelSamples::default() };
+                let mut moments = Moments::default();
                 for start in (0..1_024).step_by(LANES) {
                     let of =
                         |lane: usize| if (from..from + lit).contains(&(start + lane)) { 1_024_100.0 } else { 100.0 };
@@ -163,11 +145,8 @@ mod tests {
                 let (c2, fourth) = (1_024_000.0 * 1_024_000.0, 1.0 - 3.0 * r);
                 let law = c2 * (0.25 * (r * fourth).sqrt() / 32_768.0 + 0.5 * fourth / 1_048_576.0);
                 // Sums of 1,024 moments in 53 bits, of which at most 1,024 times themselves cancel: 1e-10; floats 1e-7.
-                assert!(
-                    (f64::from(samples_of_pixel.variance()) / law - 1.0).abs() < 1e-6,
-                    "{lit}: {} for {law}",
-                    samples_of_pixel.variance()
-                );
+                let variance = f64::from(samples_of_pixel.variance());
+                assert!((variance / law - 1.0).abs() < 1e-6, "{lit}: {variance} for {law}");
                 tried += 1;
             }
         }

@@ -4,29 +4,15 @@ use super::among::AmongObjects;
 use super::reflect::Reflection;
 use super::shadows::{EdgeShadows, ObjectShadows, OnSurface};
 use super::view::{Aim, Filter, NearestHits, Traced, View, lane3};
-use crate::optics::motion::Turns;
 use crate::scene::lanes::{Floats, LANES, Mask, Vectors, next_lane, unrolled};
 use crate::scene::light::{BANDS, Bands};
 use crate::scene::lit::{MapTexels, OnTriangle, by_band};
 use crate::scene::texture::Footprint;
-use crate::scene::texture::footprint::{Differentials, Look, footprint};
+use crate::scene::texture::footprint::{Differentials, footprint};
 use crate::scene::tracer::{MISS, Packet, Stack};
 use crate::simd::{Kernel, dispatch};
 
 impl Aim<'_> {
-    /// Bearings, poses and rays.
-    #[inline(always)]
-    fn rays(&self) -> (Vectors, Turns, Packet) {
-        let bearing = bilinear(&self.pixels.corners, self.place[0], self.place[1]);
-        let pose = self.motion.at(self.share);
-        let (origin_m, direction) = (pose.place_m(), pose.turned(bearing));
-        let mut t_max = self.pixels.t_max;
-        for lane in 0..LANES {
-            t_max.0[lane] = if lane < self.lanes { t_max.0[lane] } else { -1.0 };
-        }
-        (bearing, pose, Packet { origin_m, direction, t_min: Floats::splat(0.0), t_max })
-    }
-
     /// How far the end of a lane's ray goes in metres over the whole exposure, `t_m` along its bearing.
     #[inline(always)]
     fn travel_m(&self, lane: usize, bearing: [f32; 3], t_m: f32) -> [f32; 3] {
@@ -40,23 +26,20 @@ impl Aim<'_> {
         }
         travel_m
     }
-
-    /// Where the look-ups of textures go.
-    #[inline(always)]
-    fn look(&self) -> Look {
-        let half = Floats::splat(0.5);
-        match self.moves {
-            Some(moves) => Look::By(*moves),
-            None => Look::Inwards([self.place[0] - half, self.place[1] - half, self.place[2] - half]),
-        }
-    }
 }
 
 impl View<'_> {
     /// Photons of a sample in each lane, and what it met.
     #[inline(always)]
     pub fn sample(&self, aim: &Aim, stack: &mut Stack) -> (Floats, NearestHits) {
-        let (bearing, pose, packet) = aim.rays();
+        let bearing = bilinear(&aim.pixels.corners, aim.place[0], aim.place[1]);
+        let pose = aim.motion.at(aim.share);
+        let (origin_m, direction) = (pose.place_m(), pose.turned(bearing));
+        let mut t_max = aim.pixels.t_max;
+        for lane in 0..LANES {
+            t_max.0[lane] = if lane < aim.lanes { t_max.0[lane] } else { -1.0 };
+        }
+        let packet = Packet { origin_m, direction, t_min: Floats::splat(0.0), t_max };
         let traced = Traced::through(self.scene, packet, stack);
         let ([r, g, b, n], nearest) = if aim.objects.all.is_empty() {
             let lux = self.light_of(&traced, aim, &Filter::Primary { bearing: &bearing, pose: &pose }, stack);
@@ -103,14 +86,11 @@ impl View<'_> {
                 self.sky(traced, lanes)
             } else {
                 is_glossy |= self.scene.face(triangle).has_gloss(self.follows_gloss);
-                let maps = if self.scene.face(triangle).has_maps() {
-                    dispatch(MapLookUp { view: self, traced, leader, lanes, aim, filter })
-                } else {
-                    MapTexels::NONE
-                };
-                let surface = (triangle, lanes, maps.normals.as_ref());
-                let added = self.added_light(traced, surface, aim, filter, stack);
-                self.surface(traced, (leader, lanes), aim, filter, [added.as_ref(), maps.emission.as_ref()])
+                let group = Group { view: self, traced, triangle, leader, lanes, aim, filter };
+                let has_maps = self.scene.face(triangle).has_maps();
+                let maps = if has_maps { dispatch(MapLookUp(group)) } else { MapTexels::NONE };
+                let added = group.added_light(maps.normals.as_ref(), stack);
+                group.light([added.as_ref(), maps.emission.as_ref()])
             };
             lux = unrolled!(BAND in 4 => lanes.select(light[BAND], lux[BAND]));
             for lane in 0..LANES {
@@ -118,38 +98,6 @@ impl View<'_> {
             }
         }
         (lux, is_glossy)
-    }
-
-    /// What is added to the baked irradiance of rays that met a triangle: beside edges of shadows, in shadows of objects, on normal maps.
-    #[inline(always)]
-    fn added_light(
-        &self,
-        traced: &Traced,
-        (triangle, lanes, normals): (u32, Mask, Option<&[Bands; LANES]>),
-        aim: &Aim,
-        filter: &Filter,
-        stack: &mut Stack,
-    ) -> Option<[Floats; BANDS]> {
-        let shadows = self.scene.sources()?;
-        let seeds = &aim.pixels.facet_seeds;
-        let surface = OnSurface { view: self, shadows, traced, triangle, lanes, aim, seeds };
-        let mut sources = 0;
-        if self.scene.face(triangle).has_shadow_edges() {
-            let Traced { hits, packet } = traced;
-            sources = self.scene.sources_around(shadows, triangle, lanes, [hits.u, hits.v], &packet.direction);
-        }
-        let is_changed = sources != 0 || normals.is_some();
-        let of_edges = is_changed.then(|| dispatch(EdgeShadows { surface, sources, normals, stack }));
-        let pose = match filter {
-            Filter::Primary { pose, .. } if !aim.objects.all.is_empty() && shadows.are_traced() => pose,
-            // Mirrors show no objects, and none of their shadows.
-            Filter::Primary { .. } | Filter::Reflected { .. } => return of_edges,
-        };
-        let of_objects = dispatch(ObjectShadows { surface, pose, stack });
-        Some(match of_edges {
-            None => of_objects,
-            Some(of_edges) => unrolled!(BAND in 4 => of_edges[BAND] + of_objects[BAND]),
-        })
     }
 
     #[inline(always)]
@@ -162,84 +110,110 @@ impl View<'_> {
         }
         by_band(&lux)
     }
-
-    /// What the leader's look-ups average over, and how far each lane's is moved.
-    #[inline(always)]
-    fn footprint(&self, traced: &Traced, leader: usize, aim: &Aim, filter: &Filter) -> (Footprint, [Floats; 2]) {
-        let Traced { hits, packet } = traced;
-        match filter {
-            Filter::Primary { bearing, pose } => {
-                let (face, t_m) = (self.scene.face(hits.triangle[leader]), hits.t.0[leader]);
-                let pose = pose.lane(leader);
-                let to_corner_m = |corner: usize| aim.pixels.to_corner_m([leader, corner], &pose, t_m);
-                let ray = Differentials {
-                    normal: face.normal(),
-                    slopes: face.slopes(),
-                    direction: lane3(&packet.direction, leader),
-                    steps_m: [to_corner_m(1), to_corner_m(2), aim.travel_m(leader, lane3(bearing, leader), t_m)],
-                    pixel_m: aim.pixels.spread.0[leader] * t_m,
-                };
-                footprint(&ray, &aim.look(), aim.shares)
-            }
-            Filter::Reflected { width_m } => {
-                let width_texels = self.scene.texels_per_m(hits.triangle[leader]) * width_m.0[leader];
-                (Footprint::round(width_texels), [Floats::splat(0.0); 2])
-            }
-        }
-    }
-
-    /// Light of the triangle that some rays met, of which the leader's footprint serves all. `added` and `emission`: as in `OnTriangle`.
-    #[inline(always)]
-    fn surface(
-        &self,
-        traced: &Traced,
-        (leader, lanes): (usize, Mask),
-        aim: &Aim,
-        filter: &Filter,
-        [added, emission]: [Option<&[Floats; BANDS]>; 2],
-    ) -> [Floats; BANDS] {
-        let Traced { hits, packet } = traced;
-        let triangle = hits.triangle[leader];
-        let face = self.scene.face(triangle);
-        let [u, v] = weights(traced, leader, lanes);
-        let mut colours = [Floats::splat(1.0); BANDS];
-        if let Some(texture) = self.scene.texture_of(face) {
-            let (footprint, shift_texels) = self.footprint(traced, leader, aim, filter);
-            colours = by_band(&texture.over_alike(&face.uv(u, v), &shift_texels, &footprint, lanes));
-        }
-        let direction = &packet.direction;
-        let rays = OnTriangle { triangle, lanes, u, v, direction, lamp_levels: aim.lamp_levels, added, emission };
-        self.scene.exitances_lux(&rays, &colours)
-    }
 }
 
-/// Weights of a triangle's second and third corner where some rays met it; the leader's in the other lanes.
-#[inline(always)]
-fn weights(traced: &Traced, leader: usize, lanes: Mask) -> [Floats; 2] {
-    [traced.hits.u, traced.hits.v].map(|weight| lanes.select(weight, Floats::splat(weight.0[leader])))
-}
-
-/// Maps of a triangle that some rays met. It stands apart, because surfaces without maps are not to pay for it.
-struct MapLookUp<'a, 'b> {
+/// Rays of a packet that met one triangle at about one distance.
+#[derive(Clone, Copy)]
+struct Group<'a, 'b> {
     view: &'a View<'b>,
     traced: &'a Traced,
+    triangle: u32,
+    /// The lane whose footprint serves all.
     leader: usize,
     lanes: Mask,
     aim: &'a Aim<'a>,
     filter: &'a Filter<'a>,
 }
 
+impl Group<'_, '_> {
+    /// What is added to the baked irradiance: beside edges of shadows, in shadows of objects, on normal maps.
+    #[inline(always)]
+    fn added_light(&self, normals: Option<&[Bands; LANES]>, stack: &mut Stack) -> Option<[Floats; BANDS]> {
+        let Self { view, traced, triangle, lanes, aim, .. } = *self;
+        let shadows = view.scene.sources()?;
+        let seeds = &aim.pixels.facet_seeds;
+        let surface = OnSurface { view, shadows, traced, triangle, lanes, aim, seeds };
+        let mut sources = 0;
+        if view.scene.face(triangle).has_shadow_edges() {
+            let Traced { hits, packet } = traced;
+            sources = view.scene.sources_around(shadows, triangle, lanes, [hits.u, hits.v], &packet.direction);
+        }
+        let is_changed = sources != 0 || normals.is_some();
+        let of_edges = is_changed.then(|| dispatch(EdgeShadows { surface, sources, normals, stack }));
+        let pose = match self.filter {
+            Filter::Primary { pose, .. } if !aim.objects.all.is_empty() && shadows.are_traced() => pose,
+            // Mirrors show no objects, and none of their shadows.
+            Filter::Primary { .. } | Filter::Reflected { .. } => return of_edges,
+        };
+        let of_objects = dispatch(ObjectShadows { surface, pose, stack });
+        Some(match of_edges {
+            None => of_objects,
+            Some(of_edges) => unrolled!(BAND in 4 => of_edges[BAND] + of_objects[BAND]),
+        })
+    }
+
+    /// What the leader's look-ups average over, and how far each lane's is moved.
+    #[inline(always)]
+    fn footprint(&self) -> (Footprint, [Floats; 2]) {
+        let Self { view, traced: Traced { hits, packet }, triangle, leader, aim, .. } = *self;
+        match self.filter {
+            Filter::Primary { bearing, pose } => {
+                let (face, pose, t_m) = (view.scene.face(triangle), pose.lane(leader), hits.t.0[leader]);
+                let right_m = aim.pixels.step_m([leader, 1], &pose, t_m);
+                let down_m = aim.pixels.step_m([leader, 2], &pose, t_m);
+                let ray = Differentials {
+                    normal: face.normal(),
+                    slopes: face.slopes(),
+                    direction: lane3(&packet.direction, leader),
+                    steps_m: [right_m, down_m, aim.travel_m(leader, lane3(bearing, leader), t_m)],
+                    pixel_m: aim.pixels.spread.0[leader] * t_m,
+                };
+                footprint(&ray, &aim.look, aim.shares)
+            }
+            Filter::Reflected { width_m } => {
+                let width_texels = view.scene.texels_per_m(triangle) * width_m.0[leader];
+                (Footprint::round(width_texels), [Floats::splat(0.0); 2])
+            }
+        }
+    }
+
+    /// Weights of the triangle's second and third corner; the leader's in the other lanes.
+    #[inline(always)]
+    fn weights(&self) -> [Floats; 2] {
+        let hits = &self.traced.hits;
+        [hits.u, hits.v].map(|weight| self.lanes.select(weight, Floats::splat(weight.0[self.leader])))
+    }
+
+    /// Light of the triangle. `added` and `emission`: as in `OnTriangle`.
+    #[inline(always)]
+    fn light(&self, [added, emission]: [Option<&[Floats; BANDS]>; 2]) -> [Floats; BANDS] {
+        let Self { view, traced, triangle, lanes, aim, .. } = *self;
+        let face = view.scene.face(triangle);
+        let [u, v] = self.weights();
+        let mut colours = [Floats::splat(1.0); BANDS];
+        if let Some(texture) = view.scene.texture_of(face) {
+            let (footprint, shift_texels) = self.footprint();
+            colours = by_band(&texture.over_alike(&face.uv(u, v), &shift_texels, &footprint, lanes));
+        }
+        let direction = &traced.packet.direction;
+        let rays = OnTriangle { triangle, lanes, u, v, direction, lamp_levels: aim.lamp_levels, added, emission };
+        view.scene.exitances_lux(&rays, &colours)
+    }
+}
+
+/// Maps of a triangle. It stands apart, because surfaces without maps are not to pay for it.
+struct MapLookUp<'a, 'b>(Group<'a, 'b>);
+
 impl Kernel for MapLookUp<'_, '_> {
     type Output = MapTexels;
 
     #[inline(always)]
     fn run(self) -> MapTexels {
-        let Self { view, traced, leader, lanes, aim, filter } = self;
-        let triangle = traced.hits.triangle[leader];
+        let Group { view, triangle, lanes, .. } = self.0;
         let face = view.scene.face(triangle);
         let Some(texture) = view.scene.texture_of(face) else { return MapTexels::NONE };
-        let (footprint, shift_texels) = view.footprint(traced, leader, aim, filter);
-        let [u, v] = weights(traced, leader, lanes);
+        let (footprint, shift_texels) = self.0.footprint();
+        let [u, v] = self.0.weights();
         view.scene.map_texels((triangle, texture), &face.uv(u, v), (&shift_texels, &footprint), lanes)
     }
 }

@@ -2,9 +2,9 @@
 //!
 //! Lanes without gloss pay nothing. After the last bounce a surface counts as diffuse.
 
-use super::view::{Aim, Filter, Traced, View};
+use super::view::{Aim, Filter, Traced, View, lane3};
 use crate::draw::sobol::{fifth, fourth};
-use crate::scene::lanes::{Floats, LANES};
+use crate::scene::lanes::{Floats, LANES, unrolled};
 use crate::scene::light::BANDS;
 use crate::scene::lit::BOUNCES_MAX;
 use crate::scene::tracer::{MISS, Packet, Stack};
@@ -43,11 +43,7 @@ impl Kernel for Reflection<'_, '_> {
         let mut length_m = traced.hits.t;
         let mut traced = Traced { hits: traced.hits, packet: traced.packet };
         for bounce in 0..view.reflections.min(BOUNCES_MAX) {
-            let numbers = |lane: usize| {
-                let (number, seed) = (aim.numbers[lane], aim.pixels.facet_seeds[lane]);
-                [fourth(number, seed, bounce), fifth(number, seed, bounce)]
-            };
-            let Some(packet) = view.reflected(&traced, &numbers, &mut paths) else { break };
+            let Some(packet) = view.reflected(&traced, aim, bounce, &mut paths) else { break };
             traced = Traced::through(view.scene, packet, stack);
             length_m = length_m + traced.hits.t;
             let width_m = length_m * aim.pixels.spread * Floats::splat(aim.shares.pixel);
@@ -57,31 +53,28 @@ impl Kernel for Reflection<'_, '_> {
                 paths.last[band] = is_followed.select(paths.weight[band] * met[band], paths.last[band]);
             }
         }
-        let mut lux = paths.settled;
-        for band in 0..BANDS {
-            lux[band] = lux[band] + paths.last[band];
-        }
-        lux
+        unrolled!(BAND in 4 => paths.settled[BAND] + paths.last[BAND])
     }
 }
 
 impl View<'_> {
     /// Splits the light of the lanes that met gloss and turns their rays; none if there are none.
     #[inline(never)]
-    fn reflected(&self, traced: &Traced, numbers: &dyn Fn(usize) -> [f32; 2], paths: &mut Paths) -> Option<Packet> {
+    fn reflected(&self, traced: &Traced, aim: &Aim, bounce: u32, paths: &mut Paths) -> Option<Packet> {
         let Traced { hits, packet } = traced;
         let mut next = Packet { t_max: Floats::splat(-1.0), ..*packet };
-        let mut any = false;
         for lane in (0..LANES).filter(|&lane| packet.t_max.0[lane] > 0.0 && hits.triangle[lane] != MISS) {
             if !self.scene.face(hits.triangle[lane]).has_gloss(self.follows_gloss) {
                 continue;
             }
-            let direction = [0, 1, 2].map(|axis| packet.direction[axis].0[lane]);
+            let direction = lane3(&packet.direction, lane);
             let at = [hits.u.0[lane], hits.v.0[lane]];
             let Some(facet) = self.scene.facet(hits.triangle[lane], at, direction, self.follows_gloss) else {
                 continue;
             };
-            let (away, share, diffuse) = facet.reflected(direction, || numbers(lane));
+            let (number, seed) = (aim.numbers[lane], aim.pixels.facet_seeds[lane]);
+            let numbers = || [fourth(number, seed, bounce), fifth(number, seed, bounce)];
+            let (away, share, diffuse) = facet.reflected(direction, numbers);
             let mut is_black = true;
             for band in 0..BANDS {
                 paths.settled[band].0[lane] += paths.last[band].0[lane] * diffuse[band];
@@ -92,7 +85,6 @@ impl View<'_> {
             if is_black {
                 continue;
             }
-            any = true;
             next.t_max.0[lane] = f32::MAX;
             for axis in 0..3 {
                 let met = packet.origin_m[axis].0[lane] + packet.direction[axis].0[lane] * hits.t.0[lane];
@@ -100,6 +92,6 @@ impl View<'_> {
                 next.direction[axis].0[lane] = away[axis];
             }
         }
-        any.then_some(next)
+        Floats::splat(0.0).below(next.t_max).any().then_some(next)
     }
 }

@@ -4,7 +4,7 @@
 //! states the error. Pixels are drawn in proportion to their estimated error and weighted by the inverse of that probability (Hansen
 //! and Hurwitz 1943): the estimates decide how precise the statement is, not what it states.
 
-use super::allocation::{Estimate, INITIAL_SAMPLES, Stage, around, missed_variance, ratio};
+use super::allocation::{Estimate, INITIAL_SAMPLES, Stage, around, missed_variance};
 use super::first_batch::FirstBatch;
 use super::frame::FrameRender;
 use super::pixel::{OF_REFINED, StoppingRule};
@@ -80,7 +80,11 @@ fn claim(estimates: &[Estimate], width: usize, at: usize, saturation_photons: f3
         around(at, width, estimates.len()).any(|other| !(estimates[other].photons < saturation_photons));
     let missing = saturation_photons - own.photons;
     let variance = missing * missing / f32_from_u32(own.samples);
-    f64::from(if is_beside_lamp && variance > own.variance { ratio(own.photons, variance) } else { own.ratio() })
+    f64::from(if is_beside_lamp && variance > own.variance {
+        Estimate { variance, ..*own }.ratio()
+    } else {
+        own.ratio()
+    })
 }
 
 /// The mean of squared error over photons of all pixels that count, from what replicates `seen` of some saw. Those of refined pixels have
@@ -119,17 +123,18 @@ impl FrameRender<'_> {
         let mut all = vec![([0.0; 2], 0); replicates.len()];
         over_chunks(&mut all, CHUNK, |chunk, some| {
             let mut stack = Stack::new();
-            for (found, Replicate { at, .. }) in some.iter_mut().zip(&replicates[chunk * CHUNK..]) {
+            for (found, &Replicate { at, .. }) in some.iter_mut().zip(&replicates[chunk * CHUNK..]) {
                 let mut replicate_of = |kind: u64, samples: u32| {
                     let rule = StoppingRule { samples, least_gain: None, saturation_photons: f32::INFINITY, ..*rule };
-                    let mut pixel_samples = PixelSamples::new(missed_variance(seen, self.width(), *at));
-                    self.refine_pixel((*at, OF_REFINED | kind), &mut pixel_samples, seen, &rule, &mut stack);
+                    let missed_variance = missed_variance(seen, self.width(), at);
+                    let mut pixel_samples = PixelSamples { at, missed_variance, ..PixelSamples::default() };
+                    self.refine_pixel(OF_REFINED | kind, &mut pixel_samples, seen, &rule, &mut stack);
                     (pixel_samples.photons, u64::from(pixel_samples.samples))
                 };
-                *found = match estimates[*at].stage {
+                *found = match estimates[at].stage {
                     Stage::Refined => {
                         // A given number has rays beside it, which a replicate chooses for itself.
-                        let grown = estimates[*at].samples - first_batch;
+                        let grown = estimates[at].samples - first_batch;
                         let samples = if rule.share.is_some() { rule.samples } else { grown };
                         let (photons, rays) = replicate_of(OF_REPLICATE, samples);
                         ([photons; 2], rays)

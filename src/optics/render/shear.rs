@@ -7,14 +7,14 @@
 //! given both the time is uniform. The map preserves volume for any v: a wrong v costs variance and adds no bias.
 
 use crate::num::f32_from_u32;
-use crate::scene::lanes::{Floats, LANES, Mask};
+use crate::scene::lanes::{Floats, LANES};
 
 /// Motion below this many pixels an exposure is none: the bounds of time would lose their digits.
 const LEAST_PX: f32 = 1e-3;
 
 /// Clamps a share to 0..1 (1 excluded): the rounding of a sum may have pushed it to 1 or below 0.
 #[inline(always)]
-pub fn bounded(share: f32) -> f32 {
+fn bounded(share: f32) -> f32 {
     // The largest number below 1, so that nothing lies in the next pixel or piece of time.
     const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
     if !(share > 0.0) {
@@ -50,16 +50,6 @@ fn sums_of_boxes(p: Floats, width: Floats) -> (Floats, [Floats; 2]) {
     (is_still.select(p, place), [is_still.select(zero, from), is_still.select(one, to)])
 }
 
-/// Clamps shares to 0..1 (1 excluded): rounding of sums may have pushed them to 1 or below 0.
-#[inline(always)]
-fn bounded_lanes(shares: Floats) -> Floats {
-    let mut out = shares;
-    for lane in 0..LANES {
-        out.0[lane] = bounded(shares.0[lane]);
-    }
-    out
-}
-
 /// Where samples lie, lane by lane.
 pub struct ShearedSamples {
     /// Places x, y in the pixel and instants t, each in 0..1.
@@ -86,27 +76,27 @@ pub fn sheared_lanes([p, q, w]: [Floats; 3], velocity_px: [f32; 2], count: u32) 
     let (v, [least, most]) = sums_of_boxes(if y_turned { one - q } else { q }, height);
     let share = least + (most - least) * w;
     let t = from + length * share;
-    let x = u - moving(width_x).select(width_x * t, zero);
-    let y = v - moving(height).select(height * share, zero);
-    let (x, y) = (if x_turned { one - x } else { x }, if y_turned { one - y } else { y });
+    let least_px = Floats::splat(LEAST_PX);
+    let x = u - least_px.at_most(width_x).select(width_x * t, zero);
+    let y = v - least_px.at_most(height).select(height * share, zero);
+    let mut place = [if x_turned { one - x } else { x }, if y_turned { one - y } else { y }, t];
+    for axis in 0..3 {
+        for lane in 0..LANES {
+            place[axis].0[lane] = bounded(place[axis].0[lane]);
+        }
+    }
     let (to_x, to_y) = (half * (one + width_x) - u, half * (one + height) - v);
     ShearedSamples {
-        place: [bounded_lanes(x), bounded_lanes(y), bounded_lanes(t)],
+        place,
         inwards: [by * if x_turned { zero - to_x } else { to_x }, by * if y_turned { zero - to_y } else { to_y }],
     }
-}
-
-/// Where a width counts as motion.
-#[inline(always)]
-fn moving(width: Floats) -> Mask {
-    Floats::splat(LEAST_PX).at_most(width)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::draw::DrawKey;
-    use crate::num::{f32_nearest, f64_from_usize, index, u32_truncated_f32};
+    use crate::num::{f32_nearest, f64_from_u64, f64_from_usize, index, low_u32, u32_truncated_f32, u64_from};
 
     // One sample after another, as the textbook has it.
 
@@ -155,10 +145,8 @@ mod tests {
         for velocity in VELOCITIES_PX {
             let mut counts = vec![0_usize; CELLS * CELLS * CELLS];
             for number in 0..COUNT {
-                let point = [0, 1, 2].map(|axis| {
-                    let bits = DrawKey::root(5).with(number).with(axis).0;
-                    f32_nearest(crate::num::f64_from_u64(bits >> 40) / 16_777_216.0)
-                });
+                let bits = |axis: u64| DrawKey::root(5).with(number).with(axis).0 >> 40;
+                let point = [0, 1, 2].map(|axis| f32_nearest(f64_from_u64(bits(axis)) / 16_777_216.0));
                 let place = sheared(point, velocity);
                 assert!(place.iter().all(|share| (0.0..1.0).contains(share)), "{point:?} {velocity:?}: {place:?}");
                 let cell = place.map(|share| index(u32_truncated_f32(share * 6.0)));
@@ -241,14 +229,9 @@ mod tests {
         let mut tried = 0;
         for velocity_px in VELOCITIES_PX.into_iter().chain([[1e-4, 0.5], [-0.5, 9e-4], [2.0, -1.0]]) {
             for number in 0..200_u64 {
-                let numbers = |axis: u64| {
-                    let lane = |lane: usize| {
-                        let key = DrawKey::root(6).with(number).with(axis).with(crate::num::u64_from(lane)).0;
-                        f32_from_u32(crate::num::low_u32(key) >> 8) / 16_777_216.0
-                    };
-                    Floats(std::array::from_fn(lane))
-                };
-                let point = [0, 1, 2].map(numbers);
+                let key = |axis: u64, lane: usize| DrawKey::root(6).with(number).with(axis).with(u64_from(lane)).0;
+                let share = |axis: u64, lane: usize| f32_from_u32(low_u32(key(axis, lane)) >> 8) / 16_777_216.0;
+                let point = [0, 1, 2].map(|axis| Floats(std::array::from_fn(|lane| share(axis, lane))));
                 let places = sheared_lanes(point, velocity_px, 16).place;
                 for lane in 0..LANES {
                     let place = sheared(point.map(|axis| axis.0[lane]), velocity_px);

@@ -11,8 +11,8 @@ use crate::scene::{BakeSettings, Illuminant, LitScene, Scene, box_room, target};
 use crate::units::Size;
 use glam::{DQuat, DVec3};
 
-fn sampling(samples_per_pixel: u32, key: DrawKey) -> Sampling {
-    Sampling::fixed(samples_per_pixel, key)
+fn fixed(samples_per_pixel: u32, seed: u64) -> Sampling {
+    Sampling::fixed(samples_per_pixel, DrawKey::root(seed))
 }
 
 const SIZE: Size = Size { width_px: 45, height_px: 31 };
@@ -41,7 +41,7 @@ fn one_lux_on_white_gives_the_photons_of_the_design_at_the_centre() {
     for (pupil, expected) in [(Pupil::ThinLens, 57.6), (Pupil::Aplanatic, 61.2)] {
         let scene = target::flat(1.0).unwrap().evenly_lit(1.0, Illuminant::D65);
         let camera = camera(pupil, RollOff::Cos4);
-        let seen = render(&scene, &camera, &global(0.010), &|_| Pose::IDENTITY, sampling(16, DrawKey::root(1)));
+        let seen = render(&scene, &camera, &global(0.010), &|_| Pose::IDENTITY, fixed(16, 1));
         let centre = f64::from(seen.photons.at(22, 15));
         assert!((centre / expected - 1.0).abs() < 0.005, "{pupil:?}: {centre}");
         assert_eq!(seen.rays, 45 * 31 * 16);
@@ -53,7 +53,7 @@ fn roll_off_follows_the_fourth_power_and_can_be_left_out() {
     let scene = target::flat(0.5).unwrap().evenly_lit(10.0, Illuminant::A);
     let seen = |roll_off| {
         let camera = camera(Pupil::ThinLens, roll_off);
-        render(&scene, &camera, &global(0.01), &|_| Pose::IDENTITY, sampling(64, DrawKey::root(1))).photons
+        render(&scene, &camera, &global(0.01), &|_| Pose::IDENTITY, fixed(64, 1)).photons
     };
     let (even, fallen) = (seen(RollOff::None), seen(RollOff::Cos4));
     let bearing = Lens::pinhole(SIZE, 1.2).unproject(glam::DVec2::new(0.0, 0.0)).unwrap();
@@ -70,12 +70,12 @@ fn any_number_of_threads_gives_the_same_photons() {
     let (scene, camera) = (lit_box(), camera(Pupil::ThinLens, RollOff::Cos4));
     let shutter: Vec<Span> = (0..31).map(|row| Span { start_s: 1e-3 * f64::from(row), end_s: 0.04 }).collect();
     for samples in [3, 32] {
-        let seen = || render(&scene, &camera, &shutter, &turning, sampling(samples, DrawKey::root(7)));
+        let seen = || render(&scene, &camera, &shutter, &turning, fixed(samples, 7));
         same_bits(&seen);
     }
     let shutter: Vec<Span> = shutter.iter().map(|row| Span { end_s: row.start_s + 0.02, ..*row }).collect();
     let slower = |t_s: f64| turning(0.2 * t_s);
-    let tight = Sampling { samples_max: 64, tolerance: 0.2, ..sampling(3, DrawKey::root(7)) };
+    let tight = Sampling { samples_max: 64, tolerance: 0.2, ..fixed(3, 7) };
     same_bits(&|| render(&scene, &camera, &shutter, &slower, tight));
 }
 
@@ -99,10 +99,9 @@ fn no_pixel_leaves_the_bounds_that_the_planner_is_told() {
     let photons = |lux: [f64; BANDS]| 0.01 * lux.iter().zip(per_lux).map(|(lux, per)| lux * per).sum::<f64>();
     let most = photons(std::array::from_fn(|band| bounds.greatest[band].max(bounds.emitted[band])));
     let mut tried = 0;
-    for turn in 0..4 {
+    for turn in 0..4_u32 {
         let pose = Pose::new(DQuat::from_rotation_y(1.5 * f64::from(turn)), DVec3::new(0.0, 1.5, 0.0));
-        let seen =
-            render(&scene, &camera, &global(0.01), &|_| pose, sampling(4, DrawKey::root(turn.try_into().unwrap())));
+        let seen = render(&scene, &camera, &global(0.01), &|_| pose, fixed(4, u64::from(turn)));
         for &value in seen.photons.values() {
             // Some twenty roundings of f32 between the bound and the pixel.
             let value = f64::from(value);
@@ -120,13 +119,12 @@ fn the_stated_render_variance_is_what_two_renders_differ_by() {
     let slower = |t_s: f64| turning(0.2 * t_s);
     let all = [(4, 4, 0.0), (16, 16, 0.0), (64, 64, 0.0), (4, 64, 0.3), (4, 64, 0.2)];
     let motions: [&(dyn Fn(f64) -> Pose + Sync); 2] = [&turning, &slower];
-    for (motion, (samples, samples_max, tolerance)) in
-        motions.into_iter().flat_map(|motion| all.map(|row| (motion, row)))
-    {
+    let cases = motions.into_iter().flat_map(|motion| all.map(|row| (motion, row)));
+    for (motion, (samples, samples_max, tolerance)) in cases {
         let (mut ratio, mut own) = (0.0, 0.0);
         for pair in 0..4 {
             let seen = |seed: u64| {
-                let sampling = Sampling { samples_max, tolerance, ..sampling(samples, DrawKey::root(seed)) };
+                let sampling = Sampling { samples_max, tolerance, ..fixed(samples, seed) };
                 render(&scene, &camera, &global(0.02), motion, sampling)
             };
             let (a, b) = (seen(2 * pair + 1), seen(2 * pair + 2));
@@ -148,9 +146,8 @@ fn the_stated_render_variance_is_what_two_renders_differ_by() {
 fn strip(x_px: f64, width_px: f64, angle_rad: f64) -> LitScene {
     const DISTANCE_M: f64 = 1.9;
     let px_m = DISTANCE_M * libm::tan(0.6) / 22.5;
-    let mut mesh = Mesh::default();
-    mesh.materials.push(Material::plain("black", [0.0; 3]));
-    mesh.materials.push(Material::plain("white", [0.8; 3]));
+    let materials = vec![Material::plain("black", [0.0; 3]), Material::plain("white", [0.8; 3])];
+    let mut mesh = Mesh { materials, ..Mesh::default() };
     mesh.append_quad(0, [[-9.0, -9.0, 2.0], [9.0, -9.0, 2.0], [9.0, 9.0, 2.0], [-9.0, 9.0, 2.0]], [1.0, 1.0]);
     let (cos, sin) = (libm::cos(angle_rad), libm::sin(angle_rad));
     let corner = |across_px: f64, along_m: f64| {
@@ -165,11 +162,9 @@ fn strip(x_px: f64, width_px: f64, angle_rad: f64) -> LitScene {
 #[test]
 fn a_strip_thinner_than_a_sample_has_its_own_area() {
     let camera = camera(Pupil::ThinLens, RollOff::None);
-    let white = {
-        let scene = target::flat(0.8).unwrap().evenly_lit(100.0, Illuminant::D65);
-        let seen = render(&scene, &camera, &global(0.01), &|_| Pose::IDENTITY, sampling(1, DrawKey::root(1)));
-        f64::from(seen.photons.at(10, 10))
-    };
+    let flat = target::flat(0.8).unwrap().evenly_lit(100.0, Illuminant::D65);
+    let seen = render(&flat, &camera, &global(0.01), &|_| Pose::IDENTITY, fixed(1, 1));
+    let white = f64::from(seen.photons.at(10, 10));
     let mut tried = 0;
     for (angle_rad, goes_m_per_s) in [(0.0, 0.0), (0.3, 0.0), (-0.6, 0.0), (0.3, 8.0)] {
         let width_px = 0.05;
@@ -177,7 +172,7 @@ fn a_strip_thinner_than_a_sample_has_its_own_area() {
         let moved = |t_s: f64| Pose::new(DQuat::IDENTITY, DVec3::new(goes_m_per_s * t_s, 0.0, 0.0));
         let (mut sum, mut squares, mut count) = (0.0, 0.0, 0.0);
         for seed in 1..=4 {
-            let seen = render(&scene, &camera, &global(0.01), &moved, sampling(64, DrawKey::root(seed)));
+            let seen = render(&scene, &camera, &global(0.01), &moved, fixed(64, seed));
             for y in 7..24 {
                 let row: f64 = (0..45).map(|x| f64::from(seen.photons.at(x, y)) / white).sum();
                 let difference = row - width_px / libm::cos(angle_rad);
@@ -203,26 +198,21 @@ const RECORDED: [f64; 2] = [100.84, 0.1179];
 #[test]
 fn neither_rays_nor_error_grow_by_a_fifth() {
     let (scene, camera) = (lit_box(), camera(Pupil::ThinLens, RollOff::Cos4));
-    let shutter: Vec<Span> =
-        (0..31).map(|row| Span { start_s: 1e-4 * f64::from(row), end_s: 1e-4 * f64::from(row) + 0.01 }).collect();
+    let start_s = |row: u32| 1e-4 * f64::from(row);
+    let shutter: Vec<Span> = (0..31).map(|row| Span { start_s: start_s(row), end_s: start_s(row) + 0.01 }).collect();
     let slow = |t_s: f64| turning(0.1 * t_s);
     let rendered = |sampling: Sampling| render(&scene, &camera, &shutter, &slow, sampling);
-    let [a, b] = [90, 91].map(|seed| rendered(sampling(1_024, DrawKey::root(seed))).photons);
+    let [a, b] = [90, 91].map(|seed| rendered(fixed(1_024, seed)).photons);
     let mean = a.values().iter().map(|&value| f64::from(value)).sum::<f64>() / f64::from(45 * 31);
+    // 1,000 electrons in the mean.
+    let electrons_per_photon = 1_000.0 / mean;
     let (mut rays, mut error, mut count) = (0.0, 0.0, 0.0);
     for seed in 0..12 {
-        // 1,000 electrons in the mean.
-        let target = Sampling {
-            samples_max: 1_024,
-            tolerance: 0.4,
-            electrons_per_photon: 1_000.0 / mean,
-            ..sampling(1, DrawKey::root(seed))
-        };
-        let seen = rendered(target);
+        let seen = rendered(Sampling { samples_max: 1_024, tolerance: 0.4, electrons_per_photon, ..fixed(1, seed) });
         rays += f64::from(u32::try_from(seen.rays).unwrap()) / f64::from(45 * 31) / 12.0;
         for ((&s, &a), &b) in seen.photons.values().iter().zip(a.values()).zip(b.values()) {
             let photons = 0.5 * f64::from(a + b);
-            error += 1_000.0 / mean * f64::from(s - a) * f64::from(s - b) / photons;
+            error += electrons_per_photon * f64::from(s - a) * f64::from(s - b) / photons;
             count += 1.0;
         }
     }

@@ -12,7 +12,7 @@ use crate::optics::motion::PacketMotion;
 use crate::parallel::over_chunks;
 use crate::scene::lanes::{Floats, LANES};
 use crate::scene::light::Bands;
-use crate::scene::texture::footprint::SampleShare;
+use crate::scene::texture::footprint::{Look, SampleShare};
 use crate::scene::tracer::Stack;
 use crate::simd::{Kernel, dispatch};
 
@@ -62,7 +62,6 @@ struct Rows<'a> {
     /// Photons of each band per lux-equivalent behind a pixel's filter, on the axis, over each row's exposure; by row, then by column
     /// of the filters' pattern.
     photons_per_lux: [[Bands; COLUMNS]; ROWS],
-    /// Key of each row.
     keys: [DrawKey; ROWS],
     /// Samples of each pixel.
     count: u32,
@@ -131,6 +130,7 @@ impl Rows<'_> {
         let pieces = f32_from_u32(u32_from(timeline.pieces.len()));
         let mut quarters = Quarters::new(self.count);
         let mut nearest = [Nearest::NONE; LANES];
+        let half = Floats::splat(0.5);
         for number in 0..self.count {
             let SamplePoint { place: [x, y, t], shared } = sobol::place(number, seeds);
             let [x, y, mut t] = [Floats(x), Floats(y), Floats(t)];
@@ -153,14 +153,15 @@ impl Rows<'_> {
                 lamp_levels: &self.lamp_levels[stratum],
                 lanes: LANES,
                 shares: self.shares,
-                moves: None,
+                look: Look::Inwards([x - half, y - half, t - half]),
                 numbers: &[number; LANES],
                 objects: Objects { all: objects, group: self.group, instants: Instants::Tile(piece) },
             };
             let (photons, met) = view.sample(&aim, stack);
             quarters.add(number, photons);
             for lane in 0..LANES {
-                nearest[lane] = nearest[lane].or(met.lane(lane));
+                let met = Nearest { distance_m: met.distance_m.0[lane], object: met.object[lane] };
+                nearest[lane] = nearest[lane].or(met);
             }
         }
         (quarters, nearest)

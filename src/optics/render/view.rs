@@ -4,22 +4,19 @@ use std::ops::Range;
 
 use super::super::camera::Camera;
 use super::super::motion::{PacketMotion, Turn, Turns};
-use super::first_batch::Nearest;
 use super::objects::Objects;
 use super::settings::Sampling;
 use crate::scene::LitScene;
 use crate::scene::lanes::{Floats, LANES, Vectors};
 use crate::scene::light::{BANDS, Bands};
 use crate::scene::mesh::{BackfaceCulled, sub};
-use crate::scene::texture::footprint::SampleShare;
+use crate::scene::texture::footprint::{Look, SampleShare};
 use crate::scene::tracer::{Hits, Packet, Stack, closest_inline_through};
 
 /// What all rays of a render share.
 #[derive(Clone, Copy)]
 pub struct View<'a> {
-    /// What is seen.
     pub scene: &'a LitScene,
-    /// By what.
     pub camera: &'a Camera,
     /// Reflections that a ray follows; 0 where nothing in the scene keeps an image.
     pub reflections: u32,
@@ -53,15 +50,12 @@ pub struct PacketPixels {
 
 impl PacketPixels {
     /// None yet.
-    pub const NONE: Self = {
-        let zero = Floats([0.0; LANES]);
-        Self {
-            corners: [[zero; 3]; 4],
-            spread: zero,
-            photons_per_lux: [zero; BANDS],
-            t_max: Floats([-1.0; LANES]),
-            facet_seeds: [0; LANES],
-        }
+    pub const NONE: Self = Self {
+        corners: [[Floats([0.0; LANES]); 3]; 4],
+        spread: Floats([0.0; LANES]),
+        photons_per_lux: [Floats([0.0; LANES]); BANDS],
+        t_max: Floats([-1.0; LANES]),
+        facet_seeds: [0; LANES],
     };
 
     /// Lets some lanes look through a pixel. A pixel without a bearing stays dark.
@@ -85,7 +79,7 @@ impl PacketPixels {
 
     /// From the first corner of a lane's pixel to another, at a distance.
     #[inline(always)]
-    pub fn to_corner_m(&self, [lane, corner]: [usize; 2], pose: &Turn, t_m: f32) -> [f32; 3] {
+    pub fn step_m(&self, [lane, corner]: [usize; 2], pose: &Turn, t_m: f32) -> [f32; 3] {
         let step = pose.turned(sub(lane3(&self.corners[corner], lane), lane3(&self.corners[0], lane)));
         [step[0] * t_m, step[1] * t_m, step[2] * t_m]
     }
@@ -115,9 +109,9 @@ pub struct Aim<'a> {
     pub lanes: usize,
     /// What of its pixel and of the exposure a sample stands for.
     pub shares: &'a SampleShare,
-    /// How far each look-up of a texture is moved, in pixels to the right and down; none: towards the middle, as shares say.
-    pub moves: Option<&'a [Floats; 2]>,
-    /// The samples' numbers.
+    /// Where look-ups of textures go.
+    pub look: Look,
+    /// Numbers of the samples.
     pub numbers: &'a [u32; LANES],
     /// What moves beside the camera.
     pub objects: Objects<'a>,
@@ -152,12 +146,4 @@ pub struct NearestHits {
     pub distance_m: Floats,
     /// Number of the moving object from 1; 0 for the fixed scene.
     pub object: [u32; LANES],
-}
-
-impl NearestHits {
-    /// That of one lane.
-    #[inline(always)]
-    pub fn lane(&self, lane: usize) -> Nearest {
-        Nearest { distance_m: self.distance_m.0[lane], object: self.object[lane] }
-    }
 }
