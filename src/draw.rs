@@ -3,8 +3,8 @@
 //! The key of a row is built by mixing, never by adding constants, so that neighbours share no state. Column c owns one
 //! 32-bit uniform of its row for each draw, and every distribution is the exact quantile of that uniform.
 //!
-//! Computes 32-bit uniforms, standard normals and Poisson counts from a key and, for Poisson draws, from means in electrons. `sobol` has scrambled Sobol'
-//! points from their numbers and seeds.
+//! Computes 32-bit uniforms, standard normals and Poisson counts from a key and, for Poisson draws, from means in electrons. `sobol` has
+//! scrambled Sobol' points from their numbers and seeds.
 
 mod exact;
 mod key;
