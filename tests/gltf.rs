@@ -135,6 +135,19 @@ fn instances_stand_where_their_attributes_say() {
 }
 
 #[test]
+fn an_accessor_without_bytes_holds_zeros() {
+    let mut file = File::square();
+    let moves = file.accessor(serde_json::json!({"componentType": 5126, "count": 3, "type": "VEC3"}));
+    let attributes = serde_json::json!({"attributes": {"TRANSLATION": moves}});
+    file.json["nodes"][1]["extensions"] = serde_json::json!({"EXT_mesh_gpu_instancing": attributes});
+    let (instanced, single) = (scene(&file).mesh, scene(&File::square()).mesh);
+    assert_eq!(instanced.triangles.len(), 3 * single.triangles.len());
+    for number in 0..instanced.triangles.len() {
+        assert_eq!(instanced.corners_m(number), single.corners_m(number % single.triangles.len()));
+    }
+}
+
+#[test]
 fn the_texture_coordinates_are_those_that_the_picture_asks_for_and_moved_as_it_says() {
     let mut file = File::square();
     file.picture(&png(1, 1, &[[255; 4]]));

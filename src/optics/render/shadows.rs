@@ -72,11 +72,16 @@ impl OnSurface<'_, '_> {
         Hit { around, normal, at_m }
     }
 
-    /// The ray of a lane's sample from where it met the triangle to a source.
+    /// The number that chooses the point of a source that a lane's sample asks.
     #[inline(always)]
-    fn ray(&self, lane: usize, place: ([f32; 3], [f32; 3]), source: u32) -> Option<Aimed> {
-        let number = fourth(self.aim.numbers[lane], self.seeds[lane], OF_SOURCES + source);
-        self.view.scene.shadow_ray(self.shadows, place, source, number)
+    fn number(&self, lane: usize, source: u32) -> f32 {
+        fourth(self.aim.numbers[lane], self.seeds[lane], OF_SOURCES + source)
+    }
+
+    /// The number that chooses the place in each quarter of a wide source.
+    #[inline(always)]
+    fn place_number(&self, lane: usize, source: u32) -> f32 {
+        fifth(self.aim.numbers[lane], self.seeds[lane], OF_SOURCES + 1 + source)
     }
 
     /// Normals where a lane's ray met the triangle, by a texel of its normal map.
@@ -167,7 +172,9 @@ impl Kernel for EdgeShadows<'_, '_> {
                 let lane = next_lane(&mut rest);
                 let Some(light) = shadows.light(source, &hits[lane].around) else { continue };
                 let Hit { at_m, normal, .. } = hits[lane];
-                let Some(ray) = surface.ray(lane, (at_m, normal), source) else { continue };
+                let numbers = (surface.number(lane, source), || surface.place_number(lane, source));
+                let scene = surface.view.scene;
+                let Some(ray) = scene.shadow_ray_by_light(shadows, (at_m, normal), source, numbers) else { continue };
                 let level = surface.level(source, lane);
                 set(&mut packet, lane, &ray);
                 let tilted = reliefs[lane].map_or(1.0, |relief| shadows.tilted(source, at_m, &relief));
@@ -246,7 +253,9 @@ impl Kernel for ObjectShadows<'_, '_> {
         let mut rest = asked.bits();
         while rest != 0 {
             let lane = next_lane(&mut rest);
-            let Some(ray) = surface.ray(lane, places[lane], source_of[lane]) else { continue };
+            let number = surface.number(lane, source_of[lane]);
+            let scene = surface.view.scene;
+            let Some(ray) = scene.shadow_ray(surface.shadows, places[lane], source_of[lane], number) else { continue };
             let of_lane = surface.shadows.lux_by(&ray, source_of[lane]);
             let level = surface.level(source_of[lane], lane) * per_share.0[lane];
             for band in 0..BANDS {

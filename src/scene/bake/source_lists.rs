@@ -13,6 +13,9 @@ use crate::num::{index, u32_from};
 /// Change of a source's light over a cell, as a share of all light there, from which its shadow is traced: below a tenth it is no edge that
 /// a corner detector finds, and the bake's slope over a cell is close to it.
 const CHANGE_MIN: f32 = 0.1;
+/// Change over a cell of the visible share of a wide source from which its shadow is traced: below a half its half-shadow is wider than two
+/// cells, and the bake's samples show it.
+const SHARE_CHANGE_MIN: f32 = 0.5;
 
 /// The light of one source at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,9 +111,9 @@ impl SourceLists {
 fn beside_edges(layout: &Layout, source: &Source, all: &[f32], light: &[SourceLight]) -> Vec<bool> {
     let mut on_edge = vec![false; all.len()];
     each_cell(layout, |places| {
-        if source.is_sharp(layout.samples[places[0] / 2].position_m)
-            && has_edge(places.map(|place| (all[place], light[place])))
-        {
+        let is_narrow = source.is_narrow(layout.samples[places[0] / 2].position_m);
+        let share_change_min = if is_narrow { 0.0 } else { SHARE_CHANGE_MIN };
+        if has_edge(places.map(|place| (all[place], light[place])), share_change_min) {
             places.into_iter().for_each(|place| on_edge[place] = true);
         }
     });
@@ -135,8 +138,8 @@ fn each_cell(layout: &Layout, mut each: impl FnMut([usize; 3])) {
     }
 }
 
-/// Whether the visible share of a source changes between corners, each given with all its light, by what can be seen.
-fn has_edge(corners: [(f32, SourceLight); 3]) -> bool {
+/// Whether the visible share of a source changes between corners, each given with all its light, by a given part and by what can be seen.
+fn has_edge(corners: [(f32, SourceLight); 3], share_change_min: f32) -> bool {
     let (mut least, mut most, mut sent, mut all) = (1.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
     for (lux, light) in corners {
         all = all.max(lux);
@@ -146,5 +149,5 @@ fn has_edge(corners: [(f32, SourceLight); 3]) -> bool {
             sent = sent.max(light.unoccluded);
         }
     }
-    (most - least) * sent > CHANGE_MIN * all
+    most - least > share_change_min && (most - least) * sent > CHANGE_MIN * all
 }

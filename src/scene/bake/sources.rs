@@ -11,10 +11,9 @@ use crate::num::{f32_nearest, f64_from_usize};
 /// Sources at most; those beyond count with all the rest.
 pub const SOURCES_MAX: usize = 16;
 
-/// A source is sharp where its radius is below this angle in radians, 3 degrees: half-shadows of what stands up to a metre away are then
-/// about as narrow as a bake's samples stand apart. Shadows of wider sources are left to the bake; one ray in a wide half-shadow says
-/// little.
-const SHARP_RAD: f32 = 0.05;
+/// A source is narrow where its radius is below this angle in radians, 3 degrees: half-shadows of what stands up to a metre away are then
+/// about as narrow as a bake's samples stand apart.
+const NARROW_RAD: f32 = 0.05;
 
 /// A lamp, the sun or another bright part of the sky: consecutive aims.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,14 +50,14 @@ pub enum Extent {
 }
 
 impl Source {
-    /// Whether its shadows have sharp edges at a place.
-    pub fn is_sharp(&self, at_m: [f32; 3]) -> bool {
+    /// Whether it is narrow as seen from a place, so that all its points send about as much there.
+    pub fn is_narrow(&self, at_m: [f32; 3]) -> bool {
         match self.extent {
             Extent::Ball { middle_m, radius_m } => {
                 let way_m = sub(middle_m, at_m);
-                radius_m * radius_m < SHARP_RAD * SHARP_RAD * dot(way_m, way_m)
+                radius_m * radius_m < NARROW_RAD * NARROW_RAD * dot(way_m, way_m)
             }
-            Extent::Cone { radius_rad, .. } => radius_rad < SHARP_RAD,
+            Extent::Cone { radius_rad, .. } => radius_rad < NARROW_RAD,
         }
     }
 

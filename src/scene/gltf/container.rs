@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use gltf::json::accessor::sparse::{IndexComponentType, Indices, Sparse, Values};
+use gltf::json::accessor::ComponentType;
 use gltf::json::extensions::scene::khr_lights_punctual::Type;
-use gltf::json::validation::Checked;
+use gltf::json::validation::{Checked, USize64};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
@@ -211,7 +213,21 @@ fn document(json: &[u8]) -> Result<gltf::Document, String> {
             return Err(format!("light {number} is a spot without a cone"));
         }
     }
+    if !root.buffer_views.is_empty() {
+        let without_bytes = |it: &&mut gltf::json::Accessor| it.buffer_view.is_none() && it.sparse.is_none();
+        root.accessors.iter_mut().filter(without_bytes).for_each(|it| it.sparse = Some(nothing_replaced()));
+    }
     gltf::Document::from_json(root).map_err(refuse)
+}
+
+/// No replacement of an accessor's zeros. The format lets an accessor have neither a view nor a sparse part; the crate's validation does not.
+fn nothing_replaced() -> Sparse {
+    let view = gltf::json::Index::new(0);
+    let component_type = Checked::Valid(IndexComponentType(ComponentType::U8));
+    let (extensions, extras) = (None, None);
+    let indices = Indices { buffer_view: view, byte_offset: USize64(0), component_type, extensions, extras };
+    let values = Values { buffer_view: view, byte_offset: USize64(0), extensions: None, extras: None };
+    Sparse { count: USize64(0), indices, values, extensions: None, extras: None }
 }
 
 /// The JSON and the binary chunk of a container.

@@ -12,6 +12,8 @@ use crate::num::{f32_from_u32, f32_nearest, index, u32_from, u32_truncated_f32};
 /// A source that stands lower over a triangle's plane is left to the bake: there a mesh's facets would shade themselves (the shadow
 /// terminator of smooth surfaces).
 const GRAZING: f32 = 0.05;
+/// Parts of a wide source that a ray to it is chosen from.
+const QUARTERS: usize = 4;
 
 impl LitScene {
     /// What shadows are traced by; none where none are.
@@ -50,14 +52,49 @@ impl LitScene {
         number: f32,
     ) -> Option<Aimed> {
         let Source { first, count, .. } = shadows.aims.sources[index(source)];
-        let count = u32_from(count);
-        if count == 0 {
-            return None;
-        }
-        let chosen = u32_truncated_f32(number * f32_from_u32(count)).min(count - 1);
-        let ray = aimed(&self.scene, (at_m, normal, 1), &shadows.aims, first + index(chosen))?;
+        let chosen = first + below(count, number)?;
+        let ray = aimed(&self.scene, (at_m, normal, 1), &shadows.aims, chosen)?;
         let length2 = dot(ray.direction, ray.direction);
         let cos = dot(ray.direction, normal);
         (cos > 0.0 && cos * cos > GRAZING * GRAZING * length2).then_some(ray)
     }
+
+    /// The same, to a point that is chosen about in proportion to the light that it sends: by the first number among the four that stand
+    /// where the second one says in each quarter of the source (resampled importance sampling). Points of a narrow source send alike.
+    pub fn shadow_ray_by_light(
+        &self,
+        shadows: &Shadows,
+        (at_m, normal): ([f32; 3], [f32; 3]),
+        source: u32,
+        (number, place): (f32, impl FnOnce() -> f32),
+    ) -> Option<Aimed> {
+        let of_source = &shadows.aims.sources[index(source)];
+        if of_source.is_narrow(at_m) || of_source.count < QUARTERS {
+            return self.shadow_ray(shadows, (at_m, normal), source, number);
+        }
+        let quarter = of_source.count / QUARTERS;
+        let within = below(quarter, place())?;
+        let mut points = [None; QUARTERS];
+        let (mut sent, mut sum) = ([0.0; QUARTERS], 0.0);
+        for at in 0..QUARTERS {
+            points[at] = aimed(&self.scene, (at_m, normal, 1), &shadows.aims, of_source.first + at * quarter + within);
+            sent[at] = points[at].map_or(0.0, |ray| f32_nearest(luminance(ray.sent)));
+            sum += sent[at];
+        }
+        let (mut chosen, mut before) = (None, 0.0);
+        for at in 0..QUARTERS {
+            if sent[at] > 0.0 && number * sum >= before {
+                chosen = points[at];
+            }
+            before += sent[at];
+        }
+        chosen
+    }
+}
+
+/// A whole number below a count, by a number of 0..1; none below 0.
+#[inline]
+fn below(count: usize, number: f32) -> Option<usize> {
+    let last = u32_from(count).checked_sub(1)?;
+    Some(index(u32_truncated_f32(number * f32_from_u32(last + 1)).min(last)))
 }
