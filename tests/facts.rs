@@ -16,7 +16,7 @@ use sensel::plane::Plane;
 use sensel::pose::Pose;
 use sensel::run::{Assets, NoProgress, Setup};
 use sensel::scene::bake::BAKE_VERSION;
-use sensel::scene::{Scene, generated};
+use sensel::scene::{Bake, Scene, generated};
 use sensel::units::{FrameIndex, RowIndex, Span};
 
 /// Files of a scene's folder, or of those that other scenes borrow from; and the light on as many samples of its surfaces,
@@ -41,8 +41,10 @@ impl Assets for Folder {
         let mut bytes = MAGIC.to_vec();
         bytes.extend_from_slice(&BAKE_VERSION.to_le_bytes());
         bytes.extend_from_slice(blake3::Hash::from_hex(key).unwrap().as_bytes());
-        bytes.extend_from_slice(&u64::try_from(uniforms.len()).unwrap().to_le_bytes());
-        bytes.extend_from_slice(&0_u64.to_le_bytes());
+        // Steady irradiances; none that flicker, and no lists of sources at edges or on normal maps.
+        for count in [uniforms.len(), 0, 0, 0, 0, 0] {
+            bytes.extend_from_slice(&u64::try_from(count).unwrap().to_le_bytes());
+        }
         bytes.push(0);
         for uniform in uniforms {
             let irradiance = sensel::num::f32_nearest(0.1 + 0.9 * f64::from(uniform) / 4_294_967_296.0);
@@ -50,6 +52,8 @@ impl Assets for Folder {
         }
         let checksum = blake3::hash(&bytes);
         bytes.extend_from_slice(checksum.as_bytes());
+        // A form that is no longer read would be baked anew, for minutes.
+        Bake::from_bytes("as if baked", &bytes).unwrap();
         Some(bytes)
     }
 }

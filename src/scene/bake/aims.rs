@@ -240,8 +240,9 @@ pub fn visible_aims(scene: &Scene, number: usize, aims: &Aims, stack: &mut Stack
     (0..LANES).fold(above, |seen, lane| if shadowed[lane] { seen & !(1 << lane) } else { seen })
 }
 
-/// Form factor of a small disc of the area that a ray represents: cos cos A / (pi d^2 + A). It never exceeds 1, so a lamp that
-/// touches a sample does not give it infinite light; far away its error against a point's is A / (pi d^2).
+/// Form factor of a small disc of the area that a ray represents, cos cos A / sqrt((pi d^2)^2 + A^2). It never exceeds 1, so a lamp that
+/// touches a sample does not give it infinite light; far away it falls short of a point's, which the points of a lamp sum to, by half the
+/// square of A / (pi d^2).
 fn disc_form_factor(normal: [f32; 3], toward: [f32; 3], lamp: [f32; 3], area_m2: f64) -> f64 {
     let distance2 = f64::from(dot(toward, toward));
     let cos_here = f64::from(dot(toward, normal)).abs();
@@ -249,5 +250,6 @@ fn disc_form_factor(normal: [f32; 3], toward: [f32; 3], lamp: [f32; 3], area_m2:
     if distance2 <= 0.0 || cos_there <= 0.0 {
         return 0.0;
     }
-    cos_here * cos_there / distance2 * area_m2 / (std::f64::consts::PI * distance2 + area_m2)
+    let sphere_m2 = std::f64::consts::PI * distance2;
+    cos_here * cos_there / distance2 * area_m2 / (sphere_m2 * sphere_m2 + area_m2 * area_m2).sqrt()
 }
