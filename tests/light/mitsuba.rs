@@ -236,8 +236,8 @@ fn columns() -> Mesh {
     mesh
 }
 
-/// What the judge says of the columns under some light, in pixels of 1 to 3 cm: with shadows traced ("full") and as baked ("default").
-fn judged_columns(name: &str, mesh: Mesh, lights: &serde_json::Value) -> serde_json::Value {
+/// What the judge says of shadows, in pixels of 1 to 3 cm: with shadows traced ("full") and as baked ("default").
+fn judged_shadows(name: &str, mesh: Mesh, lights: &serde_json::Value) -> serde_json::Value {
     let size = Size { width_px: 160, height_px: 120 };
     let camera = camera(size, FOV_RAD, 1.0, Pupil::ThinLens);
     let pose = looking(DVec3::new(0.0, 1.2, 2.0), 0.0, 0.6);
@@ -268,13 +268,57 @@ fn mitsuba_sees_the_suns_shadows_where_they_are_here() {
     mesh.distant.push(Sun { direction, normal_irradiance: [1.0; 4] });
     let sun = serde_json::json!([{"type": "sun", "towards": towards.to_array(), "radius_rad": SUN_RADIUS,
         "irradiance": [1.0, 1.0, 1.0]}]);
-    let found = judged_columns("sun", mesh, &sun);
+    let found = judged_shadows("sun", mesh, &sun);
     let figure = |name: &str, figure: &str| found[name][figure].as_f64().unwrap();
     assert!((figure("full", "ratio_of_means") - 1.0).abs() < 0.01, "{found}");
     // What lies in the shade has the noise of 256 rays by way of the floor and the columns: a few per cent.
     assert!(figure("full", "median_relative_error") < 0.03, "{found}");
     assert!(figure("full", "share_beyond_20_per_cent") < 0.01, "{found}");
     assert!(figure("default", "share_beyond_20_per_cent") > 0.03, "the bake alone is as good: {found}");
+}
+
+/// A room with a table, things on it and on the floor and a shelf, under a panel in the ceiling and beside a bright window.
+fn table_room() -> Mesh {
+    let mut mesh = Mesh::default();
+    let one_sided = |name: &str, colour| Material { double_sided: false, ..Material::plain(name, colour) };
+    mesh.materials.push(one_sided("wall", [0.6, 0.6, 0.55]));
+    mesh.materials.push(one_sided("wood", [0.45, 0.35, 0.25]));
+    mesh.materials.push(Material { emission: [20.0; 4], ..one_sided("panel", [0.0; 3]) });
+    mesh.materials.push(Material { emission: [4.0, 5.0, 6.0, 5.0], ..one_sided("window", [0.0; 3]) });
+    let mut put = |material: u32, [least_m, greatest_m]: [[f32; 3]; 2], is_room: bool| {
+        cube(least_m, greatest_m, is_room).into_iter().for_each(|face| mesh.append_quad(material, face, [1.0, 1.0]));
+    };
+    put(0, [[-2.0, 0.0, -2.0], [2.0, 2.5, 2.0]], true);
+    for x in [-0.55_f32, 0.5] {
+        for z in [-0.85_f32, -0.3] {
+            put(1, [[x, 0.0, z], [x + 0.05, 0.72, z + 0.05]], false);
+        }
+    }
+    for wooden in [
+        [[-0.6, 0.72, -0.9], [0.6, 0.76, -0.2]],
+        [[-0.3, 0.76, -0.7], [-0.1, 0.9, -0.5]],
+        [[0.2, 0.76, -0.6], [0.45, 0.79, -0.4]],
+        [[-1.2, 0.0, 0.2], [-0.9, 0.4, 0.6]],
+        [[0.5, 0.0, 0.3], [1.0, 0.12, 0.7]],
+        [[-1.99, 1.0, -1.0], [-1.8, 1.03, 0.5]],
+    ] {
+        put(1, wooden, false);
+    }
+    mesh.append_quad(2, [[-0.15, 2.48, -0.25], [0.35, 2.48, -0.25], [0.35, 2.48, 0.25], [-0.15, 2.48, 0.25]], [1.0; 2]);
+    mesh.append_quad(3, [[1.98, 0.9, -0.6], [1.98, 0.9, 0.6], [1.98, 2.1, 0.6], [1.98, 2.1, -0.6]], [1.0; 2]);
+    mesh
+}
+
+/// Wide lamps, 12 to 50 degrees as seen from what they light: shadows are sharp where things stand on one another.
+#[test]
+fn mitsuba_sees_the_shadows_of_wide_lamps_where_they_are_here() {
+    let found = judged_shadows("wide", table_room(), &serde_json::json!([]));
+    let figure = |name: &str, figure: &str| found[name][figure].as_f64().unwrap();
+    // 1 % and 3 % are asked for. Mitsuba's own noise with 256 paths is 1 to 2 % in a square of four pixels.
+    assert!((figure("full", "ratio_of_means") - 1.0).abs() < 0.01, "{found}");
+    assert!(figure("full", "median_relative_error") < 0.03, "{found}");
+    assert!(figure("full", "share_beyond_20_per_cent") < 0.002, "{found}");
+    assert!(figure("default", "share_beyond_20_per_cent") > 0.004, "the bake alone is as good: {found}");
 }
 
 /// A wavy normal map: codes of the normals of a height field, of slopes up to 0.5, whose waves are an eighth of the picture long.

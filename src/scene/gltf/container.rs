@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use gltf::json::accessor::sparse::{IndexComponentType, Indices, Sparse, Values};
-use gltf::json::accessor::ComponentType;
+use gltf::json::accessor::sparse::{Indices, Sparse, Values};
+use gltf::json::accessor::{ComponentType, IndexComponentType};
 use gltf::json::extensions::scene::khr_lights_punctual::Type;
 use gltf::json::validation::{Checked, USize64};
 use serde::Deserialize;
