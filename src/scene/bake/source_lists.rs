@@ -13,9 +13,10 @@ use crate::num::{index, u32_from};
 /// Change of a source's light over a cell, as a share of all light there, from which its shadow is traced: below a tenth it is no edge that
 /// a corner detector finds, and the bake's slope over a cell is close to it.
 const CHANGE_MIN: f32 = 0.1;
-/// Change over a cell of the visible share of a wide source from which its shadow is traced: below a half its half-shadow is wider than two
-/// cells, and the bake's samples show it.
-const SHARE_CHANGE_MIN: f32 = 0.5;
+/// The same of a wide source, whose half-shadow one ray tells little of, and the change over a cell of its visible share: its shadow is
+/// traced where the half-shadow is no wider than about a cell. Wider ones show in the bake's samples.
+const WIDE_CHANGE_MIN: f32 = 0.2;
+const WIDE_SHARE_CHANGE_MIN: f32 = 0.7;
 
 /// The light of one source at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,8 +113,7 @@ fn beside_edges(layout: &Layout, source: &Source, all: &[f32], light: &[SourceLi
     let mut on_edge = vec![false; all.len()];
     each_cell(layout, |places| {
         let is_narrow = source.is_narrow(layout.samples[places[0] / 2].position_m);
-        let share_change_min = if is_narrow { 0.0 } else { SHARE_CHANGE_MIN };
-        if has_edge(places.map(|place| (all[place], light[place])), share_change_min) {
+        if has_edge(places.map(|place| (all[place], light[place])), is_narrow) {
             places.into_iter().for_each(|place| on_edge[place] = true);
         }
     });
@@ -138,8 +138,8 @@ fn each_cell(layout: &Layout, mut each: impl FnMut([usize; 3])) {
     }
 }
 
-/// Whether the visible share of a source changes between corners, each given with all its light, by a given part and by what can be seen.
-fn has_edge(corners: [(f32, SourceLight); 3], share_change_min: f32) -> bool {
+/// Whether the visible share of a source changes between corners, each given with all its light, enough for its shadow to be traced.
+fn has_edge(corners: [(f32, SourceLight); 3], is_narrow: bool) -> bool {
     let (mut least, mut most, mut sent, mut all) = (1.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
     for (lux, light) in corners {
         all = all.max(lux);
@@ -149,5 +149,7 @@ fn has_edge(corners: [(f32, SourceLight); 3], share_change_min: f32) -> bool {
             sent = sent.max(light.unoccluded);
         }
     }
-    most - least > share_change_min && (most - least) * sent > CHANGE_MIN * all
+    let (share_change_min, change_min) =
+        if is_narrow { (0.0, CHANGE_MIN) } else { (WIDE_SHARE_CHANGE_MIN, WIDE_CHANGE_MIN) };
+    most - least > share_change_min && (most - least) * sent > change_min * all
 }
