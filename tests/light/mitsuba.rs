@@ -237,10 +237,9 @@ fn columns() -> Mesh {
 }
 
 /// What the judge says of shadows, in pixels of 1 to 3 cm: with shadows traced ("full") and as baked ("default").
-fn judged_shadows(name: &str, mesh: Mesh, lights: &serde_json::Value) -> serde_json::Value {
+fn judged_shadows(name: &str, mesh: Mesh, pose: Pose, lights: &serde_json::Value) -> serde_json::Value {
     let size = Size { width_px: 160, height_px: 120 };
     let camera = camera(size, FOV_RAD, 1.0, Pupil::ThinLens);
-    let pose = looking(DVec3::new(0.0, 1.2, 2.0), 0.0, 0.6);
     let scene = Scene::new(name, mesh, [0.0; 4]).unwrap();
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("mitsuba_{name}"));
     std::fs::create_dir_all(&folder).unwrap();
@@ -268,7 +267,7 @@ fn mitsuba_sees_the_suns_shadows_where_they_are_here() {
     mesh.distant.push(Sun { direction, normal_irradiance: [1.0; 4] });
     let sun = serde_json::json!([{"type": "sun", "towards": towards.to_array(), "radius_rad": SUN_RADIUS,
         "irradiance": [1.0, 1.0, 1.0]}]);
-    let found = judged_shadows("sun", mesh, &sun);
+    let found = judged_shadows("sun", mesh, looking(DVec3::new(0.0, 1.2, 2.0), 0.0, 0.6), &sun);
     let figure = |name: &str, figure: &str| found[name][figure].as_f64().unwrap();
     assert!((figure("full", "ratio_of_means") - 1.0).abs() < 0.01, "{found}");
     // What lies in the shade has the noise of 256 rays by way of the floor and the columns: a few per cent.
@@ -312,7 +311,8 @@ fn table_room() -> Mesh {
 /// Wide lamps, 12 to 50 degrees as seen from what they light: shadows are sharp where things stand on one another.
 #[test]
 fn mitsuba_sees_the_shadows_of_wide_lamps_where_they_are_here() {
-    let found = judged_shadows("wide", table_room(), &serde_json::json!([]));
+    let pose = looking(DVec3::new(0.3, 1.5, 1.7), 0.05, 0.5);
+    let found = judged_shadows("wide", table_room(), pose, &serde_json::json!([]));
     let figure = |name: &str, figure: &str| found[name][figure].as_f64().unwrap();
     // 1 % and 3 % are asked for. Mitsuba's own noise with 256 paths is 1 to 2 % in a square of four pixels.
     assert!((figure("full", "ratio_of_means") - 1.0).abs() < 0.01, "{found}");

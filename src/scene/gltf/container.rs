@@ -220,7 +220,7 @@ fn document(json: &[u8]) -> Result<gltf::Document, String> {
     gltf::Document::from_json(root).map_err(refuse)
 }
 
-/// No replacement of an accessor's zeros. The format lets an accessor have neither a view nor a sparse part; the crate's validation does not.
+/// No replacement of an accessor's zeros. The format lets an accessor have neither a view nor a sparse part, the crate does not.
 fn nothing_replaced() -> Sparse {
     let view = gltf::json::Index::new(0);
     let component_type = Checked::Valid(IndexComponentType(ComponentType::U8));
