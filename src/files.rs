@@ -17,6 +17,7 @@ pub mod photons;
 pub mod picture;
 mod private;
 pub mod sweep;
+mod text_file;
 pub mod truth;
 pub mod tum;
 pub mod verilated;
@@ -40,6 +41,16 @@ pub fn read_text(path: &Path, bytes_max: u64) -> Result<String, Error> {
 /// that is too long.
 pub fn read_bytes(path: &Path, bytes_max: u64) -> Result<Vec<u8>, Error> {
     open::read_opened(open::open_input(path)?, path, bytes_max)
+}
+
+/// Writes a file anew. Fails as the operating system says.
+pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(), Error> {
+    std::fs::write(path, bytes).map_err(io_error(path))
+}
+
+/// Makes a folder with those above it, or leaves the one that is there. Fails as the operating system says.
+pub fn make_folder(path: &Path) -> Result<(), Error> {
+    std::fs::create_dir_all(path).map_err(io_error(path))
 }
 
 #[cfg(test)]

@@ -335,7 +335,6 @@ pub struct CompareArguments {
     pub against: Vec<PathBuf>,
 }
 
-/// Whatever a verb of a later version is given.
 /// What to do with a sweep.
 #[derive(Args, Debug)]
 pub struct SweepArguments {

@@ -8,12 +8,12 @@ use sensel::characterize::{Characterization, MeasurementSize, SensorBench};
 use sensel::error::Error;
 use sensel::files::emva::EmvaWriter;
 use sensel::files::folder::OutputFolder;
+use sensel::files::write;
 use sensel::units::Size;
 
 use super::args::{CharacterizeArguments, CommonOptions};
 use super::{interrupt, place, progress, setup, words};
 
-/// `sensel characterize`.
 pub fn main(arguments: &CharacterizeArguments, shared: &CommonOptions) -> Result<(), Error> {
     let started = Instant::now();
     let place::Located { name, resolved, .. } = place::locate_sensor(arguments.sensor.as_deref(), shared)?;
@@ -35,9 +35,9 @@ pub fn main(arguments: &CharacterizeArguments, shared: &CommonOptions) -> Result
     bar.finish();
     writer.finish(&bench.truth())?;
     let record = Characterization::new(&name, &resolved, &bench, &measurement);
-    write(folder.path(), "characterization.json", &record.to_json())?;
-    write(folder.path(), "characterization.html", &sensel::characterize::page::html(&record))?;
-    write(folder.path(), "config.toml", &resolved.recorded_text())?;
+    write(&folder.path().join("characterization.json"), record.to_json())?;
+    write(&folder.path().join("characterization.html"), sensel::characterize::page::html(&record))?;
+    write(&folder.path().join("config.toml"), resolved.recorded_text())?;
     place::put(folder)?;
     if shared.json {
         outln!("{}", record.figures_json());
@@ -45,11 +45,6 @@ pub fn main(arguments: &CharacterizeArguments, shared: &CommonOptions) -> Result
         summary(&record, &target, started.elapsed().as_secs_f64());
     }
     Ok(())
-}
-
-fn write(folder: &Path, name: &str, text: &str) -> Result<(), Error> {
-    let path = folder.join(name);
-    std::fs::write(&path, text).map_err(|source| place::io(&path, source))
 }
 
 fn options(arguments: &CharacterizeArguments) -> Result<MeasurementSize, Error> {

@@ -17,7 +17,6 @@ use serde_json::json;
 use super::args::{CommonOptions, FitArguments};
 use super::{listing, place, progress, words};
 
-/// `sensel fit`.
 pub fn main(arguments: &FitArguments, shared: &CommonOptions) -> Result<(), Error> {
     let out = place::output_file(shared, &["toml"], "a sensor file", "my_sensor.toml")?;
     if let Some(out) = &out {

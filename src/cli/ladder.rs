@@ -17,7 +17,6 @@ use super::progress::Study;
 use super::setup::FolderAssets;
 use super::{interrupt, place, setup, words};
 
-/// `sensel ladder`.
 pub fn main(arguments: &LadderArguments, shared: &CommonOptions) -> Result<(), Error> {
     let options = options(arguments)?;
     let located = place::locate(arguments.scenario.as_deref(), shared, &[])?;
@@ -39,10 +38,7 @@ pub fn main(arguments: &LadderArguments, shared: &CommonOptions) -> Result<(), E
     // Writing takes no time; what stops the program meanwhile would leave a hidden folder.
     let _ = interrupt::watch();
     let folder = OutputFolder::create(&target)?;
-    let write = |file: &str, text: &str| {
-        let path = folder.path().join(file);
-        std::fs::write(&path, text).map_err(|source| place::io(&path, source))
-    };
+    let write = |file: &str, text: &str| sensel::files::write(&folder.path().join(file), text);
     write("ladder.json", &format!("{json}\n"))?;
     write("ladder.html", &ladder_html(&record))?;
     if let Some(picture) = svg(&record) {

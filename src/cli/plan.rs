@@ -9,7 +9,6 @@ use serde_json::{Value, json};
 use super::args::{CommonOptions, PlanArguments};
 use super::{listing, place, setup, words};
 
-/// `sensel plan`.
 pub fn main(arguments: &PlanArguments, shared: &CommonOptions) -> Result<(), Error> {
     let effects = arguments.effects.as_ref().map(|effects| format!("run.effects='{effects}'"));
     let more: Vec<String> = effects.into_iter().collect();

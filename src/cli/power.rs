@@ -34,7 +34,6 @@ struct PowerFigures {
     more: Value,
 }
 
-/// `sensel power`.
 pub fn main(arguments: &PowerArguments, shared: &CommonOptions) -> Result<(), Error> {
     let figures = if arguments.estimate { estimate(&arguments.run, shared)? } else { count(&arguments.run, shared)? };
     if shared.json {

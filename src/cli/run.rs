@@ -18,7 +18,6 @@ use super::setup::{FolderAssets, located, prepare};
 use super::waves::WaveRequest;
 use super::{expected, goal, interrupt, ladder, progress, words};
 
-/// `sensel run`.
 pub fn main(verb: &RunVerbArguments, shared: &CommonOptions) -> Result<(), Error> {
     let watch = WallTime::start();
     let located = located(&verb.run, shared)?;

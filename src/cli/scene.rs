@@ -27,7 +27,6 @@ const VIEWS: usize = 6;
 /// Scenes larger or smaller than this are probably not in metres.
 const USUAL_M: [f64; 2] = [0.1, 100.0];
 
-/// `sensel scene`.
 pub fn main(arguments: &SceneArguments, shared: &CommonOptions) -> Result<(), Error> {
     let SceneArguments { file, picture, .. } = arguments;
     let scenario = place::output_file(shared, &["toml"], "a scenario", "scene.toml")?;

@@ -13,7 +13,6 @@ use super::args::{CommonOptions, TimingArguments};
 use super::waves::WaveRequest;
 use super::{listing, place, words};
 
-/// `sensel timing`.
 pub fn main(arguments: &TimingArguments, shared: &CommonOptions) -> Result<(), Error> {
     if let Some(picture) = &arguments.svg {
         place::check_ending("--svg", picture, &["svg"], "SVG")?;

@@ -120,7 +120,6 @@ impl FeatureSource {
     }
 }
 
-/// `sensel track`.
 pub fn main(arguments: &TrackArguments, shared: &CommonOptions) -> Result<(), Error> {
     let out = output_file(shared)?;
     if let Some(map) = &arguments.map {

@@ -58,7 +58,7 @@ impl Cache {
             None => user_folder(std::env::var_os("XDG_CACHE_HOME"), std::env::var_os("HOME"))
                 .ok_or_else(|| Error::key("cache", "", "neither XDG_CACHE_HOME nor HOME is set; name a folder"))?,
         };
-        fs::create_dir_all(&folder).map_err(io_error(&folder))?;
+        super::make_folder(&folder)?;
         Ok(Self { folder, capacity_bytes, unseen_bytes: Arc::new(AtomicU64::new(capacity_bytes)) })
     }
 

@@ -44,7 +44,6 @@ struct Running<'a> {
     ended: Mutex<Option<Error>>,
 }
 
-/// `sensel sweep run`.
 pub fn main(own: &SweepRunArguments, loaded: &Loaded, shared: &CommonOptions) -> Result<(), Error> {
     let specifications = specs::parse(&own.spec)?;
     let watch = WallTime::start();

@@ -75,7 +75,6 @@ pub fn as_json(verdicts: &[PointVerdict]) -> Vec<serde_json::Value> {
     verdicts.iter().map(one).collect()
 }
 
-/// Prints the verdicts.
 pub fn say(verdicts: &[PointVerdict]) {
     for verdict in verdicts {
         outln!("{} [{}] {}", verdict.specification, verdict.name, verdict.judgement.in_words());
