@@ -67,25 +67,18 @@ fn size(text: &str) -> Result<Size, Error> {
 
 fn summary(record: &Characterization, target: &Path, seconds: f64) {
     let set = &record.set;
-    outln!(
-        "{}: EMVA 1288 release 4.0, {}x{}, {} bit, {} points, stacks of {}",
-        record.name,
-        set.size.width_px,
-        set.size.height_px,
-        set.bits,
-        set.points.len(),
-        set.stack
-    );
+    let (name, Size { width_px, height_px }, points) = (&record.name, set.size, set.points.len());
+    let (bits, stack) = (set.bits, set.stack);
+    outln!("{name}: EMVA 1288 release 4.0, {width_px}x{height_px}, {bits} bit, {points} points, stacks of {stack}");
     outln!("channel: {}{}", set.channel.name(), record.reading.map_or(String::new(), |reading| format!("; {reading}")));
     outln!("sensor: {}; {} values inherited, listed in characterization.json", record.sensor, record.inherited.len());
     outln!("QE: {}", record.efficiency);
     let converter = &record.linearity;
+    let ends = |[low, high]: [f64; 2]| format!("{low:+.3} to {high:+.3} LSB");
     outln!(
-        "converter: DNL {:+.3} to {:+.3} LSB, INL {:+.3} to {:+.3} LSB (each to {:.3} LSB), {} missing codes, ENOB {}",
-        converter.dnl_lsb[0],
-        converter.dnl_lsb[1],
-        converter.inl_lsb[0],
-        converter.inl_lsb[1],
+        "converter: DNL {}, INL {} (each to {:.3} LSB), {} missing codes, ENOB {}",
+        ends(converter.dnl_lsb),
+        ends(converter.inl_lsb),
         converter.error_lsb,
         converter.missing_codes,
         converter.enob_bits.map_or("none below 4 bits".to_owned(), |bits| format!("{bits:.2} bits"))

@@ -25,7 +25,6 @@ use super::{features, place};
 /// Frames of the first camera that the report shows, evenly over the run.
 const STRIP: u32 = 6;
 
-/// A run's folder under construction.
 pub struct Output {
     folder: OutputFolder,
     keep: Keep,

@@ -72,7 +72,6 @@ pub fn reduction(report: &Report) -> String {
     }
 }
 
-/// Metres as millimetres.
 pub fn mm(value_m: f64) -> String {
     format!("{:.3} mm", 1e3 * value_m)
 }

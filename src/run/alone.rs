@@ -29,7 +29,6 @@ impl Session {
         Some(self.notes.iter().zip(&alone.poses).filter_map(pose).collect())
     }
 
-    /// Their figures, for the report.
     pub(super) fn figures_of_cameras_alone(
         &self,
         reasons: &mut std::collections::BTreeMap<String, String>,

@@ -32,7 +32,6 @@ pub struct PacketTime {
     pub last_bit_s: f64,
 }
 
-/// Steps that follow each other.
 struct Steps {
     zero_s: f64,
     now_s: f64,

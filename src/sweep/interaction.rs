@@ -5,11 +5,10 @@ use std::collections::BTreeMap;
 use super::digits::digits;
 use super::file::PictureWish;
 use super::levels::{Levels, figures, levels, rest_of};
-use super::record::unit_of;
+use super::record::label;
 use super::statistics::MeanEstimate;
 use super::table::{Role, Table};
 use crate::error::Error;
-use crate::num::f64_from_usize;
 
 /// One picture and table of a report.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,10 +86,7 @@ impl Interaction {
 
     /// The figure with its unit.
     pub fn label(&self) -> String {
-        match unit_of(&self.figure) {
-            "1" => self.figure.clone(),
-            unit => format!("{} [{unit}]", self.figure),
-        }
+        label(&self.figure)
     }
 
     /// As Markdown: one table of means, and one of ratios where there is a base.
@@ -124,10 +120,13 @@ fn is_level(role: Role) -> bool {
 }
 
 fn shown(estimate: Option<&MeanEstimate>) -> String {
-    let Some(estimate) = estimate else { return "not measurable".to_owned() };
-    let ends =
-        estimate.interval.map_or_else(String::new, |[low, high]| format!(" ({} to {})", digits(low), digits(high)));
-    format!("{}{ends}", digits(estimate.mean))
+    estimate.map_or("not measurable".to_owned(), with_ends)
+}
+
+/// A mean, and its interval where there is one.
+pub(super) fn with_ends(value: &MeanEstimate) -> String {
+    let ends = value.interval.map_or_else(String::new, |[low, high]| format!(" ({} to {})", digits(low), digits(high)));
+    format!("{}{ends}", digits(value.mean))
 }
 
 fn series(
@@ -163,11 +162,6 @@ fn exponential(logs: MeanEstimate) -> MeanEstimate {
         interval: logs.interval.map(|ends| ends.map(libm::exp)),
         count: logs.count,
     }
-}
-
-/// Place of a level on the axis: levels stand at equal distances.
-pub(super) fn place(number: usize) -> f64 {
-    f64_from_usize(number)
 }
 
 #[cfg(test)]

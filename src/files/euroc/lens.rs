@@ -5,7 +5,6 @@
 use super::yaml::{Document, Refusal, shortened};
 use crate::optics::lens::{DoubleSphere, Eucm, Intrinsics, Kb4, Lens, Mapping, RadiusTable, Radtan};
 
-/// The lines of a lens.
 pub(super) fn yaml(lens: &Lens) -> String {
     let Intrinsics { fx_px, fy_px, cx_px, cy_px } = lens.intrinsics;
     let focal = format!("{fx_px}, {fy_px}, {cx_px}, {cy_px}");
@@ -49,7 +48,6 @@ fn listed(numbers: &[f64]) -> String {
     format!("[{}]", texts.join(", "))
 }
 
-/// Reads them back.
 pub(super) fn parse(document: &Document) -> Result<Lens, Refusal> {
     let model = one_of(document, "camera_model", &["pinhole", "ds", "eucm", "table"])?;
     let distortions: &[&str] =

@@ -15,7 +15,7 @@ use crate::error::Error;
 use crate::num;
 use crate::plane::Plane;
 use crate::pose::Pose;
-use crate::units::CameraIndex;
+use crate::units::{CameraIndex, Size};
 
 /// A line of `imu0/data.csv`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -160,29 +160,27 @@ fn pose_yaml(pose: &Pose) -> String {
 }
 
 fn camera_yaml(index: usize, camera: &EurocCamera) -> String {
+    let EurocCamera { body_from_camera, rate_hz, size: Size { width_px, height_px }, lens } = camera;
     format!(
         "# Written by sensel. T_BS maps points of the camera into the body.\nsensor_type: camera\ncomment: simulated cam{index}\n\n\
-         {}\nrate_hz: {}\nresolution: [{}, {}]\n{}",
-        pose_yaml(&camera.body_from_camera),
-        camera.rate_hz,
-        camera.size.width_px,
-        camera.size.height_px,
-        lens::yaml(&camera.lens),
+         {}\nrate_hz: {rate_hz}\nresolution: [{width_px}, {height_px}]\n{}",
+        pose_yaml(body_from_camera),
+        lens::yaml(lens),
     )
 }
 
 fn imu_yaml(imu: &EurocImu) -> String {
-    let noise = imu.noise;
+    let noise = &imu.noise;
+    let (gyroscope, gyroscope_walk) = (noise.gyroscope_noise_density, noise.gyroscope_random_walk);
+    let (accelerometer, accelerometer_walk) = (noise.accelerometer_noise_density, noise.accelerometer_random_walk);
     format!(
         "# Written by sensel.\nsensor_type: imu\ncomment: simulated imu0\n\n{}\nrate_hz: {}\n\
-         gyroscope_noise_density: {} # [ rad / s / sqrt(Hz) ]\ngyroscope_random_walk: {} # [ rad / s^2 / sqrt(Hz) ]\n\
-         accelerometer_noise_density: {} # [ m / s^2 / sqrt(Hz) ]\naccelerometer_random_walk: {} # [ m / s^3 / sqrt(Hz) ]\n",
+         gyroscope_noise_density: {gyroscope} # [ rad / s / sqrt(Hz) ]\n\
+         gyroscope_random_walk: {gyroscope_walk} # [ rad / s^2 / sqrt(Hz) ]\n\
+         accelerometer_noise_density: {accelerometer} # [ m / s^2 / sqrt(Hz) ]\n\
+         accelerometer_random_walk: {accelerometer_walk} # [ m / s^3 / sqrt(Hz) ]\n",
         pose_yaml(&imu.body_from_imu),
-        noise.rate_hz,
-        noise.gyroscope_noise_density,
-        noise.gyroscope_random_walk,
-        noise.accelerometer_noise_density,
-        noise.accelerometer_random_walk
+        noise.rate_hz
     )
 }
 

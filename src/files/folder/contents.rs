@@ -78,7 +78,6 @@ impl Inside {
         self.retire(survey)
     }
 
-    /// Whether a swap has begun and has not ended.
     pub fn is_swapping(&self) -> bool {
         [JOURNAL, OLD].iter().any(|name| std::fs::symlink_metadata(self.folder.join(name)).is_ok())
     }
@@ -114,7 +113,6 @@ impl Inside {
         Ok(kept)
     }
 
-    /// Removes the result that was replaced.
     fn retire(&mut self, survey: Option<&Survey>) -> Result<(), Error> {
         let old = self.folder.join(OLD);
         if std::fs::symlink_metadata(&old).is_err() {

@@ -40,7 +40,6 @@ pub(super) fn flow_steps(found: &Matches) -> Vec<u16> {
     .collect()
 }
 
-/// Writes KITTI's flow.
 pub(super) fn write_flow_16(file: &Path, found: &Matches) -> Result<(), Error> {
     let size = found.dx_px.size();
     let buffer = ImageBuffer::from_raw(size.width_px, size.height_px, flow_steps(found));
