@@ -74,6 +74,15 @@ pub(crate) mod scratch {
         pub fn path(&self) -> &Path {
             &self.0
         }
+
+        /// A pipe of that name in it.
+        #[cfg(unix)]
+        pub fn pipe(&self, name: &str) -> PathBuf {
+            let path = self.0.join(name);
+            rustix::fs::mknodat(rustix::fs::CWD, &path, rustix::fs::FileType::Fifo, 0o600.into(), 0)
+                .expect("folders for temporary files take pipes");
+            path
+        }
     }
 
     impl Drop for Scratch {

@@ -7,12 +7,11 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
-use super::assets::{Assets, NoFiles, NoProgress, Progress};
+use super::assets::{Assets, NoFiles, NoProgress, PhotonStore, Progress};
 use super::exposure::ExposureControl;
 use super::facts::FactInputs;
 use super::imu_check::check_readings;
 use super::motion::placed_motion;
-use super::photon_store::PhotonStore;
 pub use super::plan_summary::PlanSummary;
 use super::sensor::SensorSetup;
 use super::warnings::Warnings;
