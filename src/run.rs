@@ -12,7 +12,6 @@ mod extractor;
 mod exposure;
 mod facts;
 mod imu;
-mod frame_notes;
 pub mod gates;
 mod hashes;
 mod host;

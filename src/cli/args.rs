@@ -96,7 +96,7 @@ pub enum Verb {
 }
 
 /// A scenario and how much of it.
-#[derive(Args, Debug, Default)]
+#[derive(Args, Clone, Debug, Default)]
 pub struct RunArguments {
     /// A scenario: a file, a folder with a scene.toml, or a name in the folder of scenarios.
     pub scenario: Option<String>,

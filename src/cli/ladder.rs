@@ -82,7 +82,8 @@ fn table(record: &LadderRecord) {
     let LadderRecord { scenario, frames, reference, .. } = record;
     let (rays, error, saturated) = (reference.rays_per_pixel, reference.standard_error, reference.saturated_share);
     outln!(
-        "{scenario}: frames {frames:?}, reference of {rays:.1} rays a pixel, standard error {error:.3} of photon noise; {:.1} % saturated",
+        "{scenario}: frames {frames:?}, reference of {rays:.1} rays a pixel, standard error {error:.3} of photon noise; \
+         {:.1} % saturated",
         100.0 * saturated
     );
     let numbers = ["ms", "of ref", "error", "rms DN", "max DN", "F1", "ATE mm", "d2 mm", "energy"].map(str::to_owned);
@@ -114,6 +115,7 @@ fn line(row: &LadderRow) {
 /// A line of the table.
 fn aligned([rung, knob, value]: [&str; 3], [ms, of_ref, error, rms, max, f1, ate, d2, energy]: &[String; 9]) -> String {
     format!(
-        "  {rung:<9} {knob:<18} {value:<44} {ms:>9} {of_ref:>8} {error:>7} {rms:>7} {max:>6} {f1:>6} {ate:>8} {d2:>8} {energy:>9}"
+        "  {rung:<9} {knob:<18} {value:<44} {ms:>9} {of_ref:>8} {error:>7} {rms:>7} {max:>6} {f1:>6} {ate:>8} {d2:>8} \
+         {energy:>9}"
     )
 }

@@ -53,10 +53,8 @@ fn as_json(setup: &Setup, warnings: &Warnings) -> Value {
         "omitted": omitted.collect::<Vec<_>>(),
         "is_bounded": plan.bias_e.is_finite(), "bias_e": plan.bias_e, "sigma_e": plan.sigma_e,
         "budget_e": plan.budget_e, "budget_used": plan.budget_used, "signal_e": plan.signal_e,
-        "cost_ns_per_px": plan.cost_ns_per_px,
-        "cost_of_all_ns_per_px": plan.cost_of_all_ns_per_px,
-        "cost_of_none_ns_per_px": plan.cost_of_none_ns_per_px,
-        "sensor_ms_per_frame": plan.sensor_ms_per_frame,
+        "cost_ns_per_px": plan.cost_ns_per_px, "cost_of_all_ns_per_px": plan.cost_of_all_ns_per_px,
+        "cost_of_none_ns_per_px": plan.cost_of_none_ns_per_px, "sensor_ms_per_frame": plan.sensor_ms_per_frame,
         "warnings": warnings.texts(),
     })
 }

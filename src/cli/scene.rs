@@ -191,13 +191,9 @@ impl FileSummary {
         let material = |(number, triangles): (u32, usize)| {
             let material = &mesh.materials[index(number)];
             json!({
-                "name": material.name,
-                "triangles": triangles,
-                "has_texture": material.texture.is_some(),
-                "is_emissive": material.is_emissive(),
-                "metallic": material.metallic,
-                "roughness": material.roughness,
-                "double_sided": material.double_sided,
+                "name": material.name, "triangles": triangles, "double_sided": material.double_sided,
+                "has_texture": material.texture.is_some(), "is_emissive": material.is_emissive(),
+                "metallic": material.metallic, "roughness": material.roughness,
             })
         };
         let view = |view: &CameraView| {
@@ -206,10 +202,8 @@ impl FileSummary {
                 "position_m": view.world_from_camera.translation_m.to_array(),
                 "world_from_camera_xyzw": view.world_from_camera.rotation.to_array(),
                 "horizontal_fov_deg": view.horizontal_fov_rad.to_degrees(),
-                "covered": view.covered,
-                "behind_surfaces": view.behind,
-                "nearest_m": view.nearest_m,
-                "median_m": view.median_m,
+                "covered": view.covered, "behind_surfaces": view.behind,
+                "nearest_m": view.nearest_m, "median_m": view.median_m,
             })
         };
         json!({

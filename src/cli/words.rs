@@ -19,7 +19,6 @@ pub fn use_json() {
     AS_JSON.store(true, Ordering::Relaxed);
 }
 
-/// Whether every line on stderr is one JSON object.
 pub fn is_json() -> bool {
     AS_JSON.load(Ordering::Relaxed)
 }

@@ -117,10 +117,9 @@ impl Lit<'_> {
         } else {
             String::new()
         };
+        let [short, long] = [short_s, long_s].map(|length_s| readable(1e6 * length_s));
         let how = format!(
-            "darkest and brightest lit texel times roll-off, filters and quantum efficiency, {} to {} us{capped}",
-            readable(1e6 * short_s),
-            readable(1e6 * long_s)
+            "darkest and brightest lit texel times roll-off, filters and quantum efficiency, {short} to {long} us{capped}"
         );
         // Both ends of one exposure.
         let least_of_long_e = least * long_s / short_s;
@@ -230,13 +229,8 @@ impl Lit<'_> {
         }
         let per_rad = ends(self.windows.iter().map(px_per_rad_max)).1;
         let px_per_s = per_rad * (turn + passing);
-        let how = format!(
-            "{} px a radian times ({} deg/s of turning + {} m/s past {} m)",
-            readable(per_rad),
-            readable(turn.to_degrees()),
-            readable(passed.0),
-            readable(passed.1)
-        );
+        let [px, turn_deg, past_m, near_m] = [per_rad, turn.to_degrees(), passed.0, passed.1].map(readable);
+        let how = format!("{px} px a radian times ({turn_deg} deg/s of turning + {past_m} m/s past {near_m} m)");
         let schedule = &self.sensor.schedule;
         let middle_s = |row: u32| schedule.exposure(FrameIndex(0), RowIndex(row)).middle_s();
         let readout_s = middle_s(self.sensor.size.height_px - 1) - middle_s(0);

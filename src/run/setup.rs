@@ -33,7 +33,7 @@ use crate::readout::{Geometry, Schedule, Shutter};
 use crate::rtl_simulator::SharedRtlSimulator;
 use crate::scene::motion::Motion;
 use crate::scene::motion::imu::Imu;
-use crate::tracker::{CameraCalibration, TrackerParams};
+use crate::tracker::{CameraCalibration, Tracker, TrackerParams};
 
 /// Everything a run needs.
 #[derive(Clone)]
@@ -216,6 +216,11 @@ impl Setup {
     /// Camera calibrations for the tracker.
     pub fn calibration(&self) -> Vec<CameraCalibration> {
         calibrations(&self.cameras)
+    }
+
+    /// A tracker of the cameras alone. Fails on a calibration that it refuses.
+    pub(super) fn camera_tracker(&self) -> Result<Tracker, Error> {
+        Tracker::new(self.calibration(), self.tracker).map_err(|error| self.resolved.tree.locate(error))
     }
 
     /// When the last exposure of the run ends.

@@ -13,7 +13,7 @@ use crate::num::{f64_from_u64, f64_from_usize, greater, index, u64_from};
 use crate::readout::{ClockSpan, Pulses, Schedule};
 use crate::report::record::{Phase, Timing};
 use crate::report::timing_diagram::{BandKind, LineBudget, RowBand, TimingDiagram};
-use crate::units::{Clocks, FrameIndex, RowIndex, Span};
+use crate::units::{Clocks, FrameIndex, RowIndex, Size, Span};
 
 /// Share of the time from row to row in which a row's packet holds the link; 0 where rows are not sent. Fails on a row that its link
 /// cannot carry.
@@ -59,23 +59,18 @@ pub fn timing_diagram(sensor: &SensorSetup, features: u64, name: &str) -> Result
         slack_us: clock_us * f64_from_u64(spare_clk(demand.needed_clk)),
         limits: demand.kind == limit,
     });
-    let size = schedule.output_size();
+    let Size { width_px, height_px } = schedule.output_size();
+    let (bits, shutter) = (sensor.bits(), schedule.shutter().name());
     Ok(TimingDiagram {
         name: name.to_owned(),
-        mode: format!(
-            "{} x {}, {} bit, {} shutter",
-            size.width_px,
-            size.height_px,
-            sensor.bits(),
-            schedule.shutter().name()
-        ),
+        mode: format!("{width_px} x {height_px}, {bits} bit, {shutter} shutter"),
         hts: schedule.line_clk().0,
         vts: schedule.vts(),
         pixel_rate_hz: schedule.pixel_rate_hz(),
         budgets: budgets.collect(),
         bands: bands(schedule),
         lanes: frame_lanes(sensor, features)?,
-        rows: size.height_px,
+        rows: height_px,
         rows_lines: schedule.frame_demand().rows,
         exposure_lines: schedule.exposure_lines(),
         exposure_lines_max: schedule.exposure_lines_max(),

@@ -1,10 +1,8 @@
 //! A figure by the levels of one factor, apart for the levels of another: means, and ratios between paired cells, with their intervals.
 
-use std::collections::BTreeMap;
-
 use super::digits::digits;
 use super::file::PictureWish;
-use super::levels::{Levels, figures, levels, rest_of};
+use super::levels::{Levels, by_rest, figures, levels};
 use super::record::label;
 use super::statistics::MeanEstimate;
 use super::table::{Role, Table};
@@ -138,9 +136,7 @@ fn series(
 ) -> LevelMeans {
     let of = |rows: &[usize]| rows.iter().filter_map(|&row| value(row)).collect::<Vec<f64>>();
     let means = along.iter().map(|(_, _, rows)| MeanEstimate::of(&of(rows))).collect();
-    let by_rest = |rows: &[usize]| -> BTreeMap<String, f64> {
-        rows.iter().filter_map(|&row| Some((rest_of(table, by, row), value(row)?))).collect()
-    };
+    let by_rest = |rows: &[usize]| by_rest(table, by, rows, value);
     let base = along.iter().find(|(level, _, _)| Some(level) == base).map(|(_, _, rows)| by_rest(rows));
     let ratio = |rows: &[usize]| {
         let (base, own) = (base.as_ref()?, by_rest(rows));
@@ -166,6 +162,8 @@ fn exponential(logs: MeanEstimate) -> MeanEstimate {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use super::super::gather::{ColumnValues, TableColumn};
     use super::*;
 

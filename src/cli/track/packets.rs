@@ -188,10 +188,7 @@ impl PacketStream {
         let Some(found) = frame.shape.and_then(|shape| shape.size()).filter(|size| *size != sensor.size) else {
             return Ok(());
         };
-        let reason = format!(
-            "holds pictures of {}x{}; config.toml beside it says {}x{}",
-            found.width_px, found.height_px, sensor.size.width_px, sensor.size.height_px
-        );
-        Err(content_error(&self.path, reason))
+        let [found, said] = [found, sensor.size].map(|size| format!("{}x{}", size.width_px, size.height_px));
+        Err(content_error(&self.path, format!("holds pictures of {found}; config.toml beside it says {said}")))
     }
 }
