@@ -38,11 +38,9 @@ impl InputFolders {
         let real = |path: &Path| std::fs::canonicalize(path).map_err(io_error(path));
         let (found, folder) = (real(&path)?, real(folder)?);
         if !found.starts_with(&folder) {
-            let reason = format!(
-                "is a link that leads out of the scenario's folder, to {}; put a copy into {}",
-                found.display(),
-                folder.display()
-            );
+            let (to, folder) = (found.display(), folder.display());
+            let reason =
+                format!("is a link that leads out of the scenario's folder, to {to}; put a copy into {folder}");
             return Err(content_error(relative, reason));
         }
         Ok(path)

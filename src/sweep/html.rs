@@ -137,7 +137,7 @@ fn effect_part(effect: &FactorEffect, figure: &str) -> String {
         escaped(&effect.factor)
     );
     let points: Option<Vec<(f64, &MeanEstimate)>> =
-        effect.levels.iter().map(|(_, place, value)| Some((((*place)?), value))).collect();
+        effect.levels.iter().map(|(_, place, value)| Some(((*place)?, value))).collect();
     let picture = points.map_or_else(String::new, |points| {
         let means = points.iter().map(|(x, value)| (*x, value.mean)).collect();
         let bars = points

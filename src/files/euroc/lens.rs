@@ -15,6 +15,11 @@ pub(super) fn yaml(lens: &Lens) -> String {
              distortion_model: {model}\ndistortion_coefficients: {list}\n"
         )
     };
+    let own = |model: &str, (first, a): (&str, f64), (second, b): (&str, f64)| {
+        format!(
+            "camera_model: {model}\nintrinsics: [{a}, {b}, {focal}] # {first}, {second}, fu, fv, cu, cv\ndistortion_model: none\n"
+        )
+    };
     match &lens.mapping {
         Mapping::Pinhole => distorted("radial-tangential", &[0.0; 4]),
         Mapping::Radtan(Radtan { k1, k2, p1, p2, k3 }) if *k3 == 0.0 => {
@@ -22,16 +27,8 @@ pub(super) fn yaml(lens: &Lens) -> String {
         }
         Mapping::Radtan(Radtan { k1, k2, p1, p2, k3 }) => distorted("radial-tangential", &[*k1, *k2, *p1, *p2, *k3]),
         Mapping::Kb4(kb4) => distorted("equidistant", &kb4.coefficients()),
-        Mapping::DoubleSphere(DoubleSphere { xi, alpha }) => {
-            format!(
-                "camera_model: ds\nintrinsics: [{xi}, {alpha}, {focal}] # xi, alpha, fu, fv, cu, cv\ndistortion_model: none\n"
-            )
-        }
-        Mapping::Eucm(Eucm { alpha, beta }) => {
-            format!(
-                "camera_model: eucm\nintrinsics: [{alpha}, {beta}, {focal}] # alpha, beta, fu, fv, cu, cv\ndistortion_model: none\n"
-            )
-        }
+        Mapping::DoubleSphere(DoubleSphere { xi, alpha }) => own("ds", ("xi", *xi), ("alpha", *alpha)),
+        Mapping::Eucm(Eucm { alpha, beta }) => own("eucm", ("alpha", *alpha), ("beta", *beta)),
         Mapping::Table(table) => {
             let (angles_rad, radii): (Vec<f64>, Vec<f64>) = table.points().unzip();
             let (angles_rad, radii) = (listed(&angles_rad), listed(&radii));
