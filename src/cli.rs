@@ -89,21 +89,11 @@ const VERBS: &str = "run, plan, ladder, timing, waves, power, features, track, c
 
 fn dispatch(arguments: &Arguments) -> Result<(), Error> {
     let shared = &arguments.shared;
-    let writes = matches!(
-        arguments.verb,
-        Some(
-            Verb::Run(_)
-                | Verb::Features(_)
-                | Verb::Track(_)
-                | Verb::Ladder(_)
-                | Verb::Characterize(_)
-                | Verb::Compare(_)
-                | Verb::Sweep(_)
-                | Verb::Scene(_)
-                | Verb::Fit(_)
-        )
-    );
-    place::check_shared(shared, writes)?;
+    let prints = |verb: &Verb| {
+        use Verb::{Config, Plan, Power, Presets, Schema, Timing, Waves};
+        matches!(verb, Plan(_) | Timing(_) | Waves(_) | Power(_) | Presets(_) | Schema | Config(_))
+    };
+    place::check_shared(shared, arguments.verb.as_ref().is_some_and(|verb| !prints(verb)))?;
     match arguments.verb.as_ref() {
         None => Err(Error::key("verb", "none", format!("name one of {VERBS}"))),
         Some(Verb::Run(own)) => run::main(own, shared),

@@ -17,6 +17,7 @@ pub mod photons;
 pub mod picture;
 mod private;
 pub mod sweep;
+mod text_file;
 pub mod truth;
 pub mod tum;
 pub mod verilated;
@@ -42,6 +43,16 @@ pub fn read_bytes(path: &Path, bytes_max: u64) -> Result<Vec<u8>, Error> {
     open::read_opened(open::open_input(path)?, path, bytes_max)
 }
 
+/// Writes a file anew. Fails as the operating system says.
+pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(), Error> {
+    std::fs::write(path, bytes).map_err(io_error(path))
+}
+
+/// Makes a folder with those above it, or leaves the one that is there. Fails as the operating system says.
+pub fn make_folder(path: &Path) -> Result<(), Error> {
+    std::fs::create_dir_all(path).map_err(io_error(path))
+}
+
 #[cfg(test)]
 pub(crate) mod scratch {
     use std::path::{Path, PathBuf};
@@ -62,6 +73,15 @@ pub(crate) mod scratch {
 
         pub fn path(&self) -> &Path {
             &self.0
+        }
+
+        /// A pipe of that name in it.
+        #[cfg(unix)]
+        pub fn pipe(&self, name: &str) -> PathBuf {
+            let path = self.0.join(name);
+            rustix::fs::mknodat(rustix::fs::CWD, &path, rustix::fs::FileType::Fifo, 0o600.into(), 0)
+                .expect("folders for temporary files take pipes");
+            path
         }
     }
 

@@ -96,7 +96,7 @@ pub enum Verb {
 }
 
 /// A scenario and how much of it.
-#[derive(Args, Debug, Default)]
+#[derive(Args, Clone, Debug, Default)]
 pub struct RunArguments {
     /// A scenario: a file, a folder with a scene.toml, or a name in the folder of scenarios.
     pub scenario: Option<String>,
@@ -335,7 +335,6 @@ pub struct CompareArguments {
     pub against: Vec<PathBuf>,
 }
 
-/// Whatever a verb of a later version is given.
 /// What to do with a sweep.
 #[derive(Args, Debug)]
 pub struct SweepArguments {

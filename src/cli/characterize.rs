@@ -8,12 +8,12 @@ use sensel::characterize::{Characterization, MeasurementSize, SensorBench};
 use sensel::error::Error;
 use sensel::files::emva::EmvaWriter;
 use sensel::files::folder::OutputFolder;
+use sensel::files::write;
 use sensel::units::Size;
 
 use super::args::{CharacterizeArguments, CommonOptions};
 use super::{interrupt, place, progress, setup, words};
 
-/// `sensel characterize`.
 pub fn main(arguments: &CharacterizeArguments, shared: &CommonOptions) -> Result<(), Error> {
     let started = Instant::now();
     let place::Located { name, resolved, .. } = place::locate_sensor(arguments.sensor.as_deref(), shared)?;
@@ -35,9 +35,9 @@ pub fn main(arguments: &CharacterizeArguments, shared: &CommonOptions) -> Result
     bar.finish();
     writer.finish(&bench.truth())?;
     let record = Characterization::new(&name, &resolved, &bench, &measurement);
-    write(folder.path(), "characterization.json", &record.to_json())?;
-    write(folder.path(), "characterization.html", &sensel::characterize::page::html(&record))?;
-    write(folder.path(), "config.toml", &resolved.recorded_text())?;
+    write(&folder.path().join("characterization.json"), record.to_json())?;
+    write(&folder.path().join("characterization.html"), sensel::characterize::page::html(&record))?;
+    write(&folder.path().join("config.toml"), resolved.recorded_text())?;
     place::put(folder)?;
     if shared.json {
         outln!("{}", record.figures_json());
@@ -45,11 +45,6 @@ pub fn main(arguments: &CharacterizeArguments, shared: &CommonOptions) -> Result
         summary(&record, &target, started.elapsed().as_secs_f64());
     }
     Ok(())
-}
-
-fn write(folder: &Path, name: &str, text: &str) -> Result<(), Error> {
-    let path = folder.join(name);
-    std::fs::write(&path, text).map_err(|source| place::io(&path, source))
 }
 
 fn options(arguments: &CharacterizeArguments) -> Result<MeasurementSize, Error> {
@@ -72,25 +67,18 @@ fn size(text: &str) -> Result<Size, Error> {
 
 fn summary(record: &Characterization, target: &Path, seconds: f64) {
     let set = &record.set;
-    outln!(
-        "{}: EMVA 1288 release 4.0, {}x{}, {} bit, {} points, stacks of {}",
-        record.name,
-        set.size.width_px,
-        set.size.height_px,
-        set.bits,
-        set.points.len(),
-        set.stack
-    );
+    let (name, Size { width_px, height_px }, points) = (&record.name, set.size, set.points.len());
+    let (bits, stack) = (set.bits, set.stack);
+    outln!("{name}: EMVA 1288 release 4.0, {width_px}x{height_px}, {bits} bit, {points} points, stacks of {stack}");
     outln!("channel: {}{}", set.channel.name(), record.reading.map_or(String::new(), |reading| format!("; {reading}")));
     outln!("sensor: {}; {} values inherited, listed in characterization.json", record.sensor, record.inherited.len());
     outln!("QE: {}", record.efficiency);
     let converter = &record.linearity;
+    let ends = |[low, high]: [f64; 2]| format!("{low:+.3} to {high:+.3} LSB");
     outln!(
-        "converter: DNL {:+.3} to {:+.3} LSB, INL {:+.3} to {:+.3} LSB (each to {:.3} LSB), {} missing codes, ENOB {}",
-        converter.dnl_lsb[0],
-        converter.dnl_lsb[1],
-        converter.inl_lsb[0],
-        converter.inl_lsb[1],
+        "converter: DNL {}, INL {} (each to {:.3} LSB), {} missing codes, ENOB {}",
+        ends(converter.dnl_lsb),
+        ends(converter.inl_lsb),
         converter.error_lsb,
         converter.missing_codes,
         converter.enob_bits.map_or("none below 4 bits".to_owned(), |bits| format!("{bits:.2} bits"))

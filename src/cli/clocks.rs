@@ -8,7 +8,6 @@ use sensel::run::Stopwatch;
 pub struct WallTime(Instant);
 
 impl WallTime {
-    /// Counts from here on.
     pub fn start() -> Self {
         Self(Instant::now())
     }
@@ -25,7 +24,6 @@ impl Stopwatch for WallTime {
 pub struct ProcessorTime(WallTime);
 
 impl ProcessorTime {
-    /// Counts from here on.
     pub fn start() -> Self {
         Self(WallTime::start())
     }
@@ -55,7 +53,6 @@ fn thread_seconds() -> Option<f64> {
 pub struct ThreadWork(WallTime);
 
 impl ThreadWork {
-    /// Counts from here on.
     pub fn start() -> Self {
         Self(WallTime::start())
     }

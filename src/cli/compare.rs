@@ -19,7 +19,6 @@ const PICTURES: usize = 3;
 /// Runs that are compared without replicates.
 const RUNS: std::ops::RangeInclusive<usize> = 2..=8;
 
-/// `sensel compare`.
 pub fn main(arguments: &CompareArguments, shared: &CommonOptions) -> Result<(), Error> {
     let target = shared.out.clone().unwrap_or_else(|| Path::new("out").join("compare"));
     if !shared.set.is_empty() || shared.seed.is_some() {
@@ -49,10 +48,7 @@ pub fn main(arguments: &CompareArguments, shared: &CommonOptions) -> Result<(), 
     let json =
         serde_json::to_string_pretty(&comparison).map_err(|error| Error::Run(format!("compare.json: {error}")))?;
     let folder = OutputFolder::create(&target)?;
-    let write = |file: &str, text: &str| {
-        let path = folder.path().join(file);
-        std::fs::write(&path, text).map_err(|source| place::io(&path, source))
-    };
+    let write = |file: &str, text: &str| sensel::files::write(&folder.path().join(file), text);
     write("compare.json", &format!("{json}\n"))?;
     write("compare.html", &compare_html(&comparison, &runs, &frames))?;
     place::put(folder)?;

@@ -7,6 +7,7 @@ use std::sync::atomic::Ordering;
 use sensel::error::Error;
 use sensel::files::folder::OutputFolder;
 use sensel::files::picture::write_grey_16;
+use sensel::files::{make_folder, write};
 use sensel::num::{low_u16, u32_truncated_f32};
 use sensel::picture::{Channel, to_exr};
 use sensel::plane::Plane;
@@ -49,8 +50,7 @@ pub fn main(
     let chain = setup.first_chain();
     let bar = progress::bar("frames", u64::from(setup.frames), shared.quiet);
     for camera in 0..setup.cameras.len() {
-        let path = folder.path().join(format!("expected/cam{camera}"));
-        std::fs::create_dir_all(&path).map_err(|source| place::io(&path, source))?;
+        make_folder(&folder.path().join(format!("expected/cam{camera}")))?;
     }
     for frame in 0..setup.frames {
         for camera in 0..setup.cameras.len() {
@@ -74,16 +74,14 @@ pub fn main(
         bar.inc();
     }
     bar.finish();
-    let config = folder.path().join("config.toml");
-    std::fs::write(&config, setup.resolved.recorded_text()).map_err(|source| place::io(&config, source))?;
+    write(&folder.path().join("config.toml"), setup.resolved.recorded_text())?;
     let resolved = &setup.resolved;
     let record = json!({
         "version": env!("CARGO_PKG_VERSION"), "config": resolved.recorded(), "config_hash": resolved.hash(),
         "seed": resolved.scenario.seed, "scenario": name, "rung": "expected", "frames": setup.frames,
         "cameras": setup.cameras.len(), "warnings": setup.warnings.texts(), "unit": "DN", "variance": keeps_variance,
         "absent": "features, packets and poses: the rung expected ends at the image"});
-    let file = folder.path().join("expected.json");
-    std::fs::write(&file, listing::pretty(&record)).map_err(|source| place::io(&file, source))?;
+    write(&folder.path().join("expected.json"), listing::pretty(&record))?;
     place::put(folder)?;
     if shared.json {
         listing::print_json(&record);
@@ -96,6 +94,5 @@ pub fn main(
 }
 
 fn write_exr(path: &Path, plane: Plane<f32>) -> Result<(), Error> {
-    let bytes = to_exr(&[Channel { name: "Y".to_owned(), plane }])?;
-    std::fs::write(path, bytes).map_err(|source| place::io(path, source))
+    write(path, to_exr(&[Channel { name: "Y".to_owned(), plane }])?)
 }

@@ -12,7 +12,6 @@ use super::words;
 /// Exit code of a command line that is not understood.
 const USAGE: u8 = 2;
 
-/// Says why a verb failed.
 pub fn of_verb(error: &Error) -> ExitCode {
     let code = error.exit_code();
     if words::is_json() {

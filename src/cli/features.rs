@@ -16,7 +16,6 @@ use super::args::{CommonOptions, FeaturesArguments};
 use super::setup::FolderAssets;
 use super::{draw, listing, place, words};
 
-/// `sensel features`.
 pub fn main(arguments: &FeaturesArguments, shared: &CommonOptions) -> Result<(), Error> {
     for (option, file, endings, what) in
         [("--csv", &arguments.csv, ["csv", "txt"], "CSV"), ("--draw", &arguments.draw, ["png", "png"], "PNG")]

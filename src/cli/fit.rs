@@ -17,7 +17,6 @@ use serde_json::json;
 use super::args::{CommonOptions, FitArguments};
 use super::{listing, place, progress, words};
 
-/// `sensel fit`.
 pub fn main(arguments: &FitArguments, shared: &CommonOptions) -> Result<(), Error> {
     let out = place::output_file(shared, &["toml"], "a sensor file", "my_sensor.toml")?;
     if let Some(out) = &out {
@@ -164,14 +163,12 @@ cds = \"analog\"                   # one conversion a code; its noise is part of
 const NO_WELL: &str = "full_well_e = 1e9                # the frames show no full well below the converter's range\n";
 
 fn sensor_file(fit: &SensorFit, found: &FoundMeasurement, preset: &str, temperature_k: f64) -> String {
-    let FoundMeasurement { bits, size, points, stack, .. } = found;
+    let FoundMeasurement { bits, size: Size { width_px, height_px }, points, stack, .. } = found;
     let mut text = format!(
         "# From {points} points of photon transfer and stacks of {stack} frames by 'sensel fit'.\n\
          # Comments: 95 % interval; the figure of EMVA 1288 behind it.\n\
-         [sensor]\npreset = {}\nwidth = {}\nheight = {}\ntemperature_k = {temperature_k:?}\n",
-        toml::Value::from(preset),
-        size.width_px,
-        size.height_px
+         [sensor]\npreset = {}\nwidth = {width_px}\nheight = {height_px}\ntemperature_k = {temperature_k:?}\n",
+        toml::Value::from(preset)
     );
     text.push_str(PIXEL);
     if fit.get("pixel.full_well_e").is_none() {

@@ -69,11 +69,8 @@ pub fn resolve(setup: Setup, goal: Goal, assets: &FolderAssets, shared: &CommonO
             let bench = LadderBench { setup, clocks, progress: &progress, assets };
             let choice = choose(&bench, goal)?;
             if !shared.quiet {
-                words::note(&format!(
-                    "the pilot took {}, {} of processor time",
-                    duration(wall.now_s()),
-                    duration(work.now_s() - work_before_s)
-                ));
+                let (wall, work) = (duration(wall.now_s()), duration(work.now_s() - work_before_s));
+                words::note(&format!("the pilot took {wall}, {work} of processor time"));
             }
             let text = serde_json::to_vec(&choice).map_err(|error| Error::Run(error.to_string()))?;
             assets.store(&key, &text);
@@ -109,14 +106,10 @@ fn say(choice: &ChosenSetting, goal: Goal, is_kept: bool) {
         Goal::Time(wall_ms) => format!("at most {wall_ms} ms a frame"),
     };
     let from = if is_kept { "by an earlier pilot" } else { "by a pilot" };
+    let ChosenSetting { words, pictures, photon_noise_ratio, with_margin, wall_ms_per_frame, tried, .. } = choice;
     words::note(&format!(
-        "{asked}: {} ({from} on {} pictures: error {:.2}, {:.2} with its margin; {:.0} ms a frame; of {} settings)",
-        choice.words,
-        choice.pictures,
-        choice.photon_noise_ratio,
-        choice.with_margin,
-        choice.wall_ms_per_frame,
-        choice.tried
+        "{asked}: {words} ({from} on {pictures} pictures: error {photon_noise_ratio:.2}, {with_margin:.2} with its margin; \
+         {wall_ms_per_frame:.0} ms a frame; of {tried} settings)"
     ));
 }
 

@@ -17,7 +17,6 @@ use super::progress::Study;
 use super::setup::FolderAssets;
 use super::{interrupt, place, setup, words};
 
-/// `sensel ladder`.
 pub fn main(arguments: &LadderArguments, shared: &CommonOptions) -> Result<(), Error> {
     let options = options(arguments)?;
     let located = place::locate(arguments.scenario.as_deref(), shared, &[])?;
@@ -39,10 +38,7 @@ pub fn main(arguments: &LadderArguments, shared: &CommonOptions) -> Result<(), E
     // Writing takes no time; what stops the program meanwhile would leave a hidden folder.
     let _ = interrupt::watch();
     let folder = OutputFolder::create(&target)?;
-    let write = |file: &str, text: &str| {
-        let path = folder.path().join(file);
-        std::fs::write(&path, text).map_err(|source| place::io(&path, source))
-    };
+    let write = |file: &str, text: &str| sensel::files::write(&folder.path().join(file), text);
     write("ladder.json", &format!("{json}\n"))?;
     write("ladder.html", &ladder_html(&record))?;
     if let Some(picture) = svg(&record) {
@@ -83,30 +79,15 @@ pub fn kept(resolved: &Resolved, assets: &dyn Assets) -> Option<LadderRecord> {
 }
 
 fn table(record: &LadderRecord) {
-    let reference = &record.reference;
+    let LadderRecord { scenario, frames, reference, .. } = record;
+    let (rays, error, saturated) = (reference.rays_per_pixel, reference.standard_error, reference.saturated_share);
     outln!(
-        "{}: frames {:?}, reference of {:.1} rays a pixel, standard error {:.3} of photon noise; {:.1} % saturated",
-        record.scenario,
-        record.frames,
-        reference.rays_per_pixel,
-        reference.standard_error,
-        100.0 * reference.saturated_share
+        "{scenario}: frames {frames:?}, reference of {rays:.1} rays a pixel, standard error {error:.3} of photon noise; \
+         {:.1} % saturated",
+        100.0 * saturated
     );
-    outln!(
-        "  {:<9} {:<18} {:<44} {:>9} {:>8} {:>7} {:>7} {:>6} {:>6} {:>8} {:>8} {:>9}",
-        "rung",
-        "knob",
-        "value",
-        "ms",
-        "of ref",
-        "error",
-        "rms DN",
-        "max DN",
-        "F1",
-        "ATE mm",
-        "d2 mm",
-        "energy"
-    );
+    let numbers = ["ms", "of ref", "error", "rms DN", "max DN", "F1", "ATE mm", "d2 mm", "energy"].map(str::to_owned);
+    outln!("{}", aligned(["rung", "knob", "value"], &numbers));
     record.rows.iter().for_each(line);
     outln!("error: in units of photon noise; -: not measured, or finer than {}", reference.finest);
 }
@@ -116,11 +97,7 @@ fn line(row: &LadderRow) {
         value.map_or("-".to_owned(), |value| format!("{:.places$}", factor * value))
     };
     let timed = (row.ms_per_frame > 0.0).then_some(row.ms_per_frame);
-    outln!(
-        "  {:<9} {:<18} {:<44} {:>9} {:>8} {:>7} {:>7} {:>6} {:>6} {:>8} {:>8} {:>9}{}",
-        row.rung,
-        row.knob,
-        row.value,
+    let numbers = [
         figure(timed, 1.0, 1),
         figure(timed.map(|_| row.time_ratio), 1.0, 4),
         figure(row.photon_noise_ratio, 1.0, 3),
@@ -130,6 +107,15 @@ fn line(row: &LadderRow) {
         figure(row.ate_m, 1e3, 2),
         figure(row.jitter_d2_m, 1e3, 2),
         row.energy_error.map_or("-".to_owned(), |share| format!("{:+.3} %", 100.0 * share)),
-        if row.on_front { "  front" } else { "" }
-    );
+    ];
+    let front = if row.on_front { "  front" } else { "" };
+    outln!("{}{front}", aligned([&row.rung, &row.knob, &row.value], &numbers));
+}
+
+/// A line of the table.
+fn aligned([rung, knob, value]: [&str; 3], [ms, of_ref, error, rms, max, f1, ate, d2, energy]: &[String; 9]) -> String {
+    format!(
+        "  {rung:<9} {knob:<18} {value:<44} {ms:>9} {of_ref:>8} {error:>7} {rms:>7} {max:>6} {f1:>6} {ate:>8} {d2:>8} \
+         {energy:>9}"
+    )
 }

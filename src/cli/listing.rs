@@ -12,7 +12,6 @@ use serde_json::json;
 use super::args::{CommonOptions, ConfigArguments};
 use super::{place, setup, words};
 
-/// `sensel presets`.
 pub fn presets(shared: &CommonOptions) -> Result<(), Error> {
     check_assignments(shared)?;
     let list = |kind: PresetKind| -> Vec<serde_json::Value> {
@@ -76,7 +75,6 @@ fn check_assignments(shared: &CommonOptions) -> Result<(), Error> {
     Setup::check(&resolved, &setup::FolderAssets::new(Path::new("."), shared))
 }
 
-/// `sensel schema`.
 pub fn schema(shared: &CommonOptions) -> Result<(), Error> {
     check_assignments(shared)?;
     let mut schema = serde_json::to_value(schemars::schema_for!(Scenario)).expect("a schema has a JSON form");

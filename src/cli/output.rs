@@ -12,6 +12,7 @@ use sensel::files::finished::CAMERAS_ALONE;
 use sensel::files::folder::OutputFolder;
 use sensel::files::map::ply;
 use sensel::files::truth::{Keep, KeptOutput, TruthWriter};
+use sensel::files::{io_error, write};
 use sensel::num::{u32_from, u64_half_even};
 use sensel::pose::format_tum;
 use sensel::report::html::{FramePicture, FramePictures, Mark, html};
@@ -24,7 +25,6 @@ use super::{features, place};
 /// Frames of the first camera that the report shows, evenly over the run.
 const STRIP: u32 = 6;
 
-/// A run's folder under construction.
 pub struct Output {
     folder: OutputFolder,
     keep: Keep,
@@ -61,7 +61,7 @@ impl Output {
                 packets.push(create(&folder.path().join(format!("cam{camera}.csi2")))?);
                 let path = folder.path().join(format!("cam{camera}.packets.csv"));
                 let mut times = create(&path)?;
-                writeln!(times, "frame,bytes,start_ns,last_bit_ns").map_err(|source| place::io(&path, source))?;
+                writeln!(times, "frame,bytes,start_ns,last_bit_ns").map_err(io_error(&path))?;
                 packet_times.push(times);
             }
         }
@@ -79,17 +79,15 @@ impl Output {
         })
     }
 
-    /// Where it is built.
     pub fn path(&self) -> &Path {
         self.folder.path()
     }
 
-    /// Time spent on writing so far.
+    /// Spent on writing so far.
     pub fn seconds(&self) -> f64 {
         self.seconds
     }
 
-    /// Writes one frame.
     pub fn frame(&mut self, session: &Session, frame: &Frame) -> Result<(), Error> {
         let started = Instant::now();
         let bits = session.setup().sensor.bits();
@@ -98,7 +96,7 @@ impl Output {
             self.euroc.add_frame(CameraIndex(u32_from(index)), timestamp_ns, &camera.codes, bits)?;
             if let Some(file) = self.packets.get_mut(index) {
                 let path = PathBuf::from(format!("cam{index}.csi2"));
-                file.write_all(&camera.packets).map_err(|source| place::io(&path, source))?;
+                file.write_all(&camera.packets).map_err(io_error(&path))?;
             }
             if let Some(file) = self.packet_times.get_mut(index) {
                 let path = PathBuf::from(format!("cam{index}.packets.csv"));
@@ -106,12 +104,12 @@ impl Output {
                     let [start_ns, last_bit_ns] =
                         [packet.start_s, packet.last_bit_s].map(|time_s| u64_half_even(time_s * 1e9));
                     writeln!(file, "{},{},{start_ns},{last_bit_ns}", frame.frame.0, packet.bytes)
-                        .map_err(|source| place::io(&path, source))?;
+                        .map_err(io_error(&path))?;
                 }
             }
             if self.keep.has(KeptOutput::Features) {
                 let place = self.folder.path().join(format!("features/cam{index}/{timestamp_ns}.csv"));
-                write(&place, &features::csv(&camera.features))?;
+                write(&place, features::csv(&camera.features))?;
             }
         }
         self.kept.add_frame(session, frame)?;
@@ -135,20 +133,20 @@ impl Output {
     pub fn finish(mut self, session: &Session, report: &Report) -> Result<(), Error> {
         self.write_motion(session)?;
         for file in self.packets.iter_mut().chain(&mut self.packet_times) {
-            file.flush().map_err(|source| place::io(self.folder.path(), source))?;
+            file.flush().map_err(io_error(self.folder.path()))?;
         }
         let folder = self.folder.path();
-        write(&folder.join("report.json"), &report.to_json()?)?;
-        write(&folder.join("report.html"), &html(report, &self.pictures))?;
-        write(&folder.join("config.toml"), &session.setup().resolved.recorded_text())?;
-        write(&folder.join("trajectory_gt.tum"), &format_tum(&session.truth()))?;
-        write(&folder.join("trajectory_est.tum"), &format_tum(&session.estimate()))?;
+        write(&folder.join("report.json"), report.to_json()?)?;
+        write(&folder.join("report.html"), html(report, &self.pictures))?;
+        write(&folder.join("config.toml"), session.setup().resolved.recorded_text())?;
+        write(&folder.join("trajectory_gt.tum"), format_tum(&session.truth()))?;
+        write(&folder.join("trajectory_est.tum"), format_tum(&session.estimate()))?;
         if let Some(alone) = session.estimate_of_cameras_alone() {
-            write(&folder.join(CAMERAS_ALONE), &format_tum(&alone))?;
+            write(&folder.join(CAMERAS_ALONE), format_tum(&alone))?;
         }
         if self.keep.has(KeptOutput::Map) {
-            write(&folder.join("map.ply"), &ply(session.tracker().landmarks()))?;
-            write(&folder.join("keyframes.tum"), &format_tum(&session.tracker().keyframes()))?;
+            write(&folder.join("map.ply"), ply(session.tracker().landmarks()))?;
+            write(&folder.join("keyframes.tum"), format_tum(&session.tracker().keyframes()))?;
         }
         self.euroc.finish()?;
         self.kept.finish(session.setup())?;
@@ -157,8 +155,6 @@ impl Output {
 
     fn write_motion(&mut self, session: &Session) -> Result<(), Error> {
         let motion = &session.setup().motion;
-        let failed = |error: sensel::scene::motion::MotionError| Error::Run(error.to_string());
-        let truth = session.truth();
         let readings = session.setup().imu_samples(session.setup().end_s())?;
         for reading in &readings {
             self.euroc.add_imu(&ImuReading {
@@ -168,8 +164,8 @@ impl Output {
             })?;
         }
         self.kept.add_readings(&readings)?;
-        for pose in &truth {
-            let state = motion.state(pose.t_s).map_err(failed)?;
+        for pose in session.truth() {
+            let state = motion.state(pose.t_s).map_err(|error| Error::Run(error.to_string()))?;
             let nearest = readings.partition_point(|reading| reading.t_s <= pose.t_s).saturating_sub(1);
             let bias = readings.get(nearest);
             self.euroc.add_ground_truth(&GroundTruth {
@@ -195,9 +191,5 @@ fn shown(frame: &Frame, bits: u32, black_level_dn: u32) -> FramePicture {
 }
 
 fn create(path: &Path) -> Result<BufWriter<File>, Error> {
-    Ok(BufWriter::new(File::create(path).map_err(|source| place::io(path, source))?))
-}
-
-fn write(path: &Path, text: &str) -> Result<(), Error> {
-    std::fs::write(path, text).map_err(|source| place::io(path, source))
+    Ok(BufWriter::new(File::create(path).map_err(io_error(path))?))
 }

@@ -37,8 +37,8 @@ pub struct Located {
 pub fn locate(scenario: Option<&str>, shared: &CommonOptions, more: &[String]) -> Result<Located, Error> {
     let (file, text) = scenario_text(scenario, shared)?;
     let folder = file.parent().map_or_else(PathBuf::new, Path::to_path_buf);
-    let mut resolved = layered(&file.display().to_string(), &text, &assignments(shared, more), &folder)?;
-    read_technology(&mut resolved, &folder)?;
+    let assignments = assignments(shared, more);
+    let resolved = layered_with_technology(&file.display().to_string(), &text, &assignments, &folder)?;
     Ok(Located { name: name_of(&file), folder, resolved })
 }
 
@@ -64,10 +64,11 @@ pub fn layered(file: &str, text: &str, assignments: &[String], folder: &Path) ->
     Resolved::from_layers_and_files(file, text, assignments, &|name| folders.read(name))
 }
 
-/// Reads the technology file that a scenario names, from the scenario's folder.
-fn read_technology(resolved: &mut Resolved, folder: &Path) -> Result<(), Error> {
+/// As `layered`, with the technology file that the scenario names.
+fn layered_with_technology(file: &str, text: &str, assignments: &[String], folder: &Path) -> Result<Resolved, Error> {
     let folders = InputFolders::new(vec![folder.to_path_buf()]);
-    resolved.read_technology(&|name| folders.read(name))
+    let mut resolved = layered(file, text, assignments, folder)?;
+    resolved.read_technology(&|name| folders.read(name)).map(|()| resolved)
 }
 
 /// As `locate`, where a sensor alone will do: a sensor preset's name stands for a scenario that has only this sensor, unless a
@@ -85,8 +86,7 @@ pub fn locate_sensor(sensor: Option<&str>, shared: &CommonOptions) -> Result<Loc
         });
     };
     let text = format!("[sensor]\npreset = \"{name}\"\n");
-    let mut resolved = layered("command line", &text, &assignments(shared, &[]), Path::new(""))?;
-    read_technology(&mut resolved, Path::new(""))?;
+    let resolved = layered_with_technology("command line", &text, &assignments(shared, &[]), Path::new(""))?;
     Ok(Located { name: name.to_owned(), folder: PathBuf::new(), resolved })
 }
 
@@ -140,21 +140,13 @@ pub fn check_shared(shared: &CommonOptions, writes: bool) -> Result<(), Error> {
     let from_environment = std::env::var_os("SENSEL_SCENES").map(PathBuf::from);
     for (key, folder) in [("--scenes", shared.scenes.as_ref()), ("SENSEL_SCENES", from_environment.as_ref())] {
         if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
-            return Err(Error::key(
-                key,
-                folder.display(),
-                "is no folder; name one whose folders hold a scene.toml each",
-            ));
+            let reason = "is no folder; name one whose folders hold a scene.toml each";
+            return Err(Error::key(key, folder.display(), reason));
         }
     }
-    match &shared.out {
-        Some(out) if !writes => Err(Error::key(
-            "--out",
-            out.display(),
-            "this verb writes no files of its own; redirect its output, as in > FILE",
-        )),
-        _ => Ok(()),
-    }
+    let Some(out) = shared.out.as_ref().filter(|_| !writes) else { return Ok(()) };
+    let reason = "this verb writes no files of its own; redirect its output, as in > FILE";
+    Err(Error::key("--out", out.display(), reason))
 }
 
 /// What the command line lays over a scenario.
@@ -211,11 +203,6 @@ pub fn real(file: &Path) -> PathBuf {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let in_folder = || Some(std::fs::canonicalize(folder).ok()?.join(file.file_name()?));
     std::fs::canonicalize(file).ok().or_else(in_folder).unwrap_or_else(|| file.to_owned())
-}
-
-/// An error of the disk with the path it is about.
-pub fn io(path: &Path, source: std::io::Error) -> Error {
-    Error::Io { path: path.display().to_string(), source }
 }
 
 fn name_of(file: &Path) -> String {

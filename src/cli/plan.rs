@@ -9,7 +9,6 @@ use serde_json::{Value, json};
 use super::args::{CommonOptions, PlanArguments};
 use super::{listing, place, setup, words};
 
-/// `sensel plan`.
 pub fn main(arguments: &PlanArguments, shared: &CommonOptions) -> Result<(), Error> {
     let effects = arguments.effects.as_ref().map(|effects| format!("run.effects='{effects}'"));
     let more: Vec<String> = effects.into_iter().collect();
@@ -52,16 +51,10 @@ fn as_json(setup: &Setup, warnings: &Warnings) -> Value {
         "kept": plan.kept.iter().map(|e| e.name).collect::<Vec<_>>(),
         "kept_reasons": kept.collect::<Vec<_>>(),
         "omitted": omitted.collect::<Vec<_>>(),
-        "is_bounded": plan.bias_e.is_finite(),
-        "bias_e": plan.bias_e,
-        "sigma_e": plan.sigma_e,
-        "budget_e": plan.budget_e,
-        "budget_used": plan.budget_used,
-        "signal_e": plan.signal_e,
-        "cost_ns_per_px": plan.cost_ns_per_px,
-        "cost_of_all_ns_per_px": plan.cost_of_all_ns_per_px,
-        "cost_of_none_ns_per_px": plan.cost_of_none_ns_per_px,
-        "sensor_ms_per_frame": plan.sensor_ms_per_frame,
+        "is_bounded": plan.bias_e.is_finite(), "bias_e": plan.bias_e, "sigma_e": plan.sigma_e,
+        "budget_e": plan.budget_e, "budget_used": plan.budget_used, "signal_e": plan.signal_e,
+        "cost_ns_per_px": plan.cost_ns_per_px, "cost_of_all_ns_per_px": plan.cost_of_all_ns_per_px,
+        "cost_of_none_ns_per_px": plan.cost_of_none_ns_per_px, "sensor_ms_per_frame": plan.sensor_ms_per_frame,
         "warnings": warnings.texts(),
     })
 }
@@ -91,14 +84,12 @@ fn print_plan(plan: &PlanSummary, accuracy: f64) {
     }
     outln!("left out");
     for effect in &plan.omitted {
+        let (words, percent) = (effect.words(plan.budget_e), 100.0 * effect.budget_share);
+        let [bias, sigma] = [effect.bias_e, effect.sigma_e].map(readable);
         outln!(
-            "  {:<17} {:>5.2} ns/px  {}; at most {} e- and sigma {} e-, {:.1} % of the budget",
+            "  {:<17} {:>5.2} ns/px  {words}; at most {bias} e- and sigma {sigma} e-, {percent:.1} % of the budget",
             effect.name,
-            effect.cost_ns_per_px,
-            effect.words(plan.budget_e),
-            readable(effect.bias_e),
-            readable(effect.sigma_e),
-            100.0 * effect.budget_share
+            effect.cost_ns_per_px
         );
     }
     if plan.omitted.is_empty() {

@@ -34,7 +34,6 @@ struct PowerFigures {
     more: Value,
 }
 
-/// `sensel power`.
 pub fn main(arguments: &PowerArguments, shared: &CommonOptions) -> Result<(), Error> {
     let figures = if arguments.estimate { estimate(&arguments.run, shared)? } else { count(&arguments.run, shared)? };
     if shared.json {
@@ -78,13 +77,8 @@ fn estimate(arguments: &RunArguments, shared: &CommonOptions) -> Result<PowerFig
 
 /// From frames of the scenario.
 fn count(arguments: &RunArguments, shared: &CommonOptions) -> Result<PowerFigures, Error> {
-    let arguments = RunArguments {
-        scenario: arguments.scenario.clone(),
-        frames: Some(arguments.frames.unwrap_or(FRAMES)),
-        rung: arguments.rung.clone(),
-        effects: arguments.effects.clone(),
-        keep: Vec::new(),
-    };
+    let frames = Some(arguments.frames.unwrap_or(FRAMES));
+    let arguments = RunArguments { frames, keep: Vec::new(), ..arguments.clone() };
     let located = setup::located(&arguments, shared)?;
     let name = located.name.clone();
     let setup = setup::prepare(located, shared)?;
@@ -175,13 +169,9 @@ fn print(figures: &PowerFigures) {
     }
     let split = &figures.split;
     outln!("link of one camera, by what is sent ({:.3} mW flow with nothing to send)", split.floor_mw);
+    let codes = format!("of these {:.3} Mbit/s are codes", 1e-6 * split.net_bits_per_s);
     let rows = [
-        (
-            "raw",
-            split.raw_bits_per_s,
-            split.raw_mw,
-            format!("of these {:.3} Mbit/s are codes", 1e-6 * split.net_bits_per_s),
-        ),
+        ("raw", split.raw_bits_per_s, split.raw_mw, codes),
         ("features", split.feature_bits_per_s, split.feature_mw, compute_words(figures)),
     ];
     for (what, bits_per_s, link_mw, note) in rows {
@@ -199,12 +189,9 @@ fn print(figures: &PowerFigures) {
     }
     outln!("decided by");
     for decider in energy.deciders.iter().take(5) {
-        outln!(
-            "  {:<24} {:>5.1} % of the energy, {:>5.1} % of its constants' uncertainty",
-            decider.name,
-            100.0 * decider.energy_share,
-            100.0 * decider.variance_share
-        );
+        let [energy, variance] = [decider.energy_share, decider.variance_share].map(|share| 100.0 * share);
+        let name = &decider.name;
+        outln!("  {name:<24} {energy:>5.1} % of the energy, {variance:>5.1} % of its constants' uncertainty");
     }
     out!("{}", figures.gates.text());
     assert_eq!(energy.rails.iter().count(), Rail::ALL.len());

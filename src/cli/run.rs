@@ -9,6 +9,7 @@ use sensel::fidelity::Rung;
 use sensel::files::folder::OutputFolder;
 use sensel::files::truth::{Keep, KeptOutput};
 use sensel::report::Report;
+use sensel::report::record::{Scenario, StageCost};
 use sensel::run::{Session, Stopwatch};
 
 use super::args::{CommonOptions, RunVerbArguments};
@@ -18,7 +19,6 @@ use super::setup::{FolderAssets, located, prepare};
 use super::waves::WaveRequest;
 use super::{expected, goal, interrupt, ladder, progress, words};
 
-/// `sensel run`.
 pub fn main(verb: &RunVerbArguments, shared: &CommonOptions) -> Result<(), Error> {
     let watch = WallTime::start();
     let located = located(&verb.run, shared)?;
@@ -123,8 +123,8 @@ fn step_all(
     Ok(wave_codes)
 }
 
-fn per_frame(seconds: f64, frames: u32) -> sensel::report::record::StageCost {
-    sensel::report::record::StageCost { ms_per_frame: 1e3 * seconds / f64::from(frames) }
+fn per_frame(seconds: f64, frames: u32) -> StageCost {
+    StageCost { ms_per_frame: 1e3 * seconds / f64::from(frames) }
 }
 
 fn summary(report: &Report, target: &Path, seconds: f64) {
@@ -132,25 +132,15 @@ fn summary(report: &Report, target: &Path, seconds: f64) {
     let figure = |value: Option<f64>, factor: f64, unit: &str| {
         value.map_or("not measurable".to_owned(), |value| format!("{:.2} {unit}", value * factor))
     };
-    outln!(
-        "{}: {} frames, {} camera(s) of {}x{}, {} lux, {} bit",
-        scenario.name,
-        scenario.frames,
-        scenario.cameras,
-        scenario.width_px,
-        scenario.height_px,
-        scenario.illuminance_lux,
-        scenario.bits
-    );
+    let Scenario { name, frames, cameras, width_px, height_px, illuminance_lux, bits, .. } = scenario;
+    outln!("{name}: {frames} frames, {cameras} camera(s) of {width_px}x{height_px}, {illuminance_lux} lux, {bits} bit");
     for note in &scenario.scene_notes {
         outln!("  pictures      {note}");
     }
     let tracking = &report.tracking;
-    outln!(
-        "  tracked       {:.1} % of frames, {} features (median)",
-        100.0 * tracking.tracked_fraction,
-        report.features.median_tracked.map_or("no".to_owned(), |count| format!("{count:.0}"))
-    );
+    let (percent, features) = (100.0 * tracking.tracked_fraction, report.features.median_tracked);
+    let features = features.map_or("no".to_owned(), |count| format!("{count:.0}"));
+    outln!("  tracked       {percent:.1} % of frames, {features} features (median)");
     let how = if scenario.cameras == 1 { ", scale aligned" } else { "" };
     outln!("  ATE           {}  over {:.2} m{how}", figure(tracking.ate_m, 1e3, "mm"), scenario.path_m);
     outln!("  RPE over 1 s  {}", figure(tracking.rpe_m, 1e3, "mm"));

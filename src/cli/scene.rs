@@ -27,7 +27,6 @@ const VIEWS: usize = 6;
 /// Scenes larger or smaller than this are probably not in metres.
 const USUAL_M: [f64; 2] = [0.1, 100.0];
 
-/// `sensel scene`.
 pub fn main(arguments: &SceneArguments, shared: &CommonOptions) -> Result<(), Error> {
     let SceneArguments { file, picture, .. } = arguments;
     let scenario = place::output_file(shared, &["toml"], "a scenario", "scene.toml")?;
@@ -158,12 +157,8 @@ impl FileSummary {
         let mesh = &self.scene.mesh;
         let (materials, textures) = (self.materials().len(), mesh.textures.len());
         outln!("{}", self.name);
-        outln!(
-            "  extent        {} x {} x {} (width, height, depth)",
-            length(size_m.x),
-            length(size_m.y),
-            length(size_m.z)
-        );
+        let [width, height, depth] = size_m.to_array().map(length);
+        outln!("  extent        {width} x {height} x {depth} (width, height, depth)");
         outln!("  triangles     {}, of {materials} materials with {textures} textures", mesh.triangles.len());
         let lamps = if self.lamps.is_empty() { "none".to_owned() } else { self.lamps.join(", ") };
         outln!("  lights        {lamps}");
@@ -179,16 +174,12 @@ impl FileSummary {
         match self.views.first() {
             None => outln!("  view          none: no camera that was tried sees a surface"),
             Some(view) => {
-                let at_m = view.world_from_camera.translation_m;
+                let [x_m, y_m, z_m] = view.world_from_camera.translation_m.to_array();
+                let (percent, fov_deg) = (100.0 * view.covered, view.horizontal_fov_rad.to_degrees());
                 outln!(
-                    "  view          {} from ({:.2}, {:.2}, {:.2}) m: surfaces fill {:.0} % of a picture of {:.0} degrees, \
-                     the nearest at {}",
-                    if view.name == "found" { "found" } else { view.name.as_str() },
-                    at_m.x,
-                    at_m.y,
-                    at_m.z,
-                    100.0 * view.covered,
-                    view.horizontal_fov_rad.to_degrees(),
+                    "  view          {} from ({x_m:.2}, {y_m:.2}, {z_m:.2}) m: surfaces fill {percent:.0} % of a picture of \
+                     {fov_deg:.0} degrees, the nearest at {}",
+                    view.name,
                     length(view.nearest_m)
                 );
             }
@@ -200,13 +191,9 @@ impl FileSummary {
         let material = |(number, triangles): (u32, usize)| {
             let material = &mesh.materials[index(number)];
             json!({
-                "name": material.name,
-                "triangles": triangles,
-                "has_texture": material.texture.is_some(),
-                "is_emissive": material.is_emissive(),
-                "metallic": material.metallic,
-                "roughness": material.roughness,
-                "double_sided": material.double_sided,
+                "name": material.name, "triangles": triangles, "double_sided": material.double_sided,
+                "has_texture": material.texture.is_some(), "is_emissive": material.is_emissive(),
+                "metallic": material.metallic, "roughness": material.roughness,
             })
         };
         let view = |view: &CameraView| {
@@ -215,10 +202,8 @@ impl FileSummary {
                 "position_m": view.world_from_camera.translation_m.to_array(),
                 "world_from_camera_xyzw": view.world_from_camera.rotation.to_array(),
                 "horizontal_fov_deg": view.horizontal_fov_rad.to_degrees(),
-                "covered": view.covered,
-                "behind_surfaces": view.behind,
-                "nearest_m": view.nearest_m,
-                "median_m": view.median_m,
+                "covered": view.covered, "behind_surfaces": view.behind,
+                "nearest_m": view.nearest_m, "median_m": view.median_m,
             })
         };
         json!({

@@ -18,7 +18,6 @@ use super::args::{CommonOptions, SweepArguments, SweepPart};
 pub use loaded::Loaded;
 use loaded::{found, load, title};
 
-/// `sensel sweep`.
 pub fn main(arguments: &SweepArguments, shared: &CommonOptions) -> Result<(), Error> {
     match &arguments.part {
         SweepPart::Plan(own) => plan::main(&load(own, shared)?, shared),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use sensel::error::Error;
 use sensel::link::Flow;
-use sensel::report::timing_diagram::TimingDiagram;
+use sensel::report::timing_diagram::{LineBudget, TimingDiagram};
 use sensel::run::{self, SensorSetup};
 use sensel::units::{FrameIndex, RowIndex};
 use serde_json::{Value, json};
@@ -13,7 +13,6 @@ use super::args::{CommonOptions, TimingArguments};
 use super::waves::WaveRequest;
 use super::{listing, place, words};
 
-/// `sensel timing`.
 pub fn main(arguments: &TimingArguments, shared: &CommonOptions) -> Result<(), Error> {
     if let Some(picture) = &arguments.svg {
         place::check_ending("--svg", picture, &["svg"], "SVG")?;
@@ -75,39 +74,26 @@ fn exposure_us(sensor: &SensorSetup) -> f64 {
 
 fn as_json(sensor: &SensorSetup, diagram: &TimingDiagram, link: &LinkUse, features: u64) -> Value {
     let (schedule, timing) = (&sensor.schedule, &diagram.timing);
-    let budget: Vec<Value> = diagram
-        .budgets
-        .iter()
-        .map(|part| {
-            json!({"name": part.name, "time_us": part.time_us, "needed_hts": part.needed_hts, "slack_us": part.slack_us,
-                   "limits": part.limits})
-        })
-        .collect();
-    let slots: Vec<Value> = schedule
-        .slots()
-        .iter()
-        .map(|slot| json!({"exposure_lines": slot.exposure_lines, "offset_lines": slot.offset_lines}))
-        .collect();
+    let part = |part: &LineBudget| {
+        json!({"name": part.name, "time_us": part.time_us, "needed_hts": part.needed_hts, "slack_us": part.slack_us,
+               "limits": part.limits})
+    };
+    let budget: Vec<Value> = diagram.budgets.iter().map(part).collect();
+    let slots = schedule.slots().iter();
+    let slots = slots.map(|slot| json!({"exposure_lines": slot.exposure_lines, "offset_lines": slot.offset_lines}));
     let (size, demand) = (schedule.output_size(), schedule.frame_demand());
     let without_features = timing.feature_latency_us.is_none().then_some("link.mode = frames sends no features");
     let mut not_measurable: BTreeMap<String, String> = run::waterfall_reasons(&timing.waterfall, "");
     not_measurable.extend(without_features.map(|why| ("feature_latency_us".to_owned(), why.to_owned())));
     json!({
         "not_measurable": not_measurable,
-        "hts": schedule.hts(),
-        "vts": schedule.vts(),
-        "line_time_us": timing.line_time_us,
-        "frame_time_us": timing.frame_time_us,
-        "fps": timing.fps,
-        "exposure_max_lines": schedule.exposure_lines_max(),
-        "exposure_us": exposure_us(sensor),
-        "exposure_lines": schedule.exposure_lines(),
-        "exposure_fine_clk": schedule.exposure_fine_clk(),
+        "hts": schedule.hts(), "vts": schedule.vts(),
+        "line_time_us": timing.line_time_us, "frame_time_us": timing.frame_time_us, "fps": timing.fps,
+        "exposure_max_lines": schedule.exposure_lines_max(), "exposure_us": exposure_us(sensor),
+        "exposure_lines": schedule.exposure_lines(), "exposure_fine_clk": schedule.exposure_fine_clk(),
         "latency_us": timing.latency_us,
-        "link_utilisation": link.utilisation,
-        "link_utilisation_burst": link.burst,
-        "link_capacity_bps": link.capacity_bps,
-        "link_payload_bps": link.payload_bps,
+        "link_utilisation": link.utilisation, "link_utilisation_burst": link.burst,
+        "link_capacity_bps": link.capacity_bps, "link_payload_bps": link.payload_bps,
         "feature_latency_us": timing.feature_latency_us,
         "features_per_gap": link.features_per_gap,
         "waterfall": timing.waterfall,
@@ -119,13 +105,11 @@ fn as_json(sensor: &SensorSetup, diagram: &TimingDiagram, link: &LinkUse, featur
         "rows_stalled": link.flow.rows_stalled,
         "stalled_us": 1e6 * sensor.link.seconds(link.flow.stalled),
         "fifo_rows_most": link.flow.fifo_rows_most,
-        "width": size.width_px,
-        "height": size.height_px,
+        "width": size.width_px, "height": size.height_px,
         "line_budget": budget,
         "frame_demand_lines": {"rows": demand.rows, "exposure": demand.exposure},
-        "slots": slots,
-        "line": timing.line,
-        "frame": timing.frame,
+        "slots": slots.collect::<Vec<_>>(),
+        "line": timing.line, "frame": timing.frame,
     })
 }
 
@@ -134,31 +118,23 @@ fn print(sensor: &SensorSetup, diagram: &TimingDiagram, link: &LinkUse, features
     outln!("sensor      {}: {}", diagram.name, diagram.mode);
     outln!("line        {:.3} us: HTS {} at {} Hz", timing.line_time_us, schedule.hts(), schedule.pixel_rate_hz());
     outln!("frame       {:.3} us: VTS {}, {:.3} fps", timing.frame_time_us, schedule.vts(), timing.fps);
+    let (lines, lines_max) = (schedule.exposure_lines(), schedule.exposure_lines_max());
     outln!(
-        "exposure    {:.3} us, {} lines and {} clocks ({} shutter), at most {} lines",
+        "exposure    {:.3} us, {lines} lines and {} clocks ({} shutter), at most {lines_max} lines",
         exposure_us(sensor),
-        schedule.exposure_lines(),
         schedule.exposure_fine_clk(),
-        schedule.shutter().name(),
-        schedule.exposure_lines_max()
+        schedule.shutter().name()
     );
-    if schedule.slots().len() > 1 {
-        for (number, slot) in schedule.slots().iter().enumerate().skip(1) {
-            let (exposure, offset) = (slot.exposure_lines, slot.offset_lines);
-            outln!("            exposure {}: {exposure} lines, read {offset} lines after the first", number + 1);
-        }
+    for (number, slot) in schedule.slots().iter().enumerate().skip(1) {
+        let (exposure, offset) = (slot.exposure_lines, slot.offset_lines);
+        outln!("            exposure {}: {exposure} lines, read {offset} lines after the first", number + 1);
     }
-    outln!(
-        "latency     {:.1} us from the middle of the exposure to the last bit of the frame's last packet",
-        timing.latency_us
-    );
+    let latency_us = timing.latency_us;
+    outln!("latency     {latency_us:.1} us from the middle of the exposure to the last bit of the frame's last packet");
     if let Some(clocks) = &timing.extractor {
         outln!("extractor   {}, with {features} features spread evenly", clocks.verdict());
-        let (most, depth) = (clocks.queue_most.unwrap_or(0), clocks.queue_depth);
-        outln!(
-            "            at {} Hz; {most} candidates wait at once, of {depth} that the queue holds",
-            clocks.clock_hz
-        );
+        let (hz, most, depth) = (clocks.clock_hz, clocks.queue_most.unwrap_or(0), clocks.queue_depth);
+        outln!("            at {hz} Hz; {most} candidates wait at once, of {depth} that the queue holds");
     }
     outln!("link        {:.1} % of a frame, {:.1} % of a line", 100.0 * link.utilisation, 100.0 * link.burst);
     if let Some(latency_us) = timing.feature_latency_us {

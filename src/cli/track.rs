@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use sensel::config::Resolved;
 use sensel::error::Error;
+use sensel::files::content_error;
 use sensel::files::euroc::{ImuFolder, ImuReading};
 use sensel::files::map::ply;
 use sensel::files::open::is_there;
@@ -120,7 +121,6 @@ impl FeatureSource {
     }
 }
 
-/// `sensel track`.
 pub fn main(arguments: &TrackArguments, shared: &CommonOptions) -> Result<(), Error> {
     let out = output_file(shared)?;
     if let Some(map) = &arguments.map {
@@ -226,8 +226,7 @@ fn output_file(shared: &CommonOptions) -> Result<PathBuf, Error> {
     match place::output_file(shared, &["tum", "txt"], "a trajectory in TUM's format", usual)? {
         Some(file) => Ok(file),
         None if Path::new(usual).exists() => {
-            let reason = "exists already; name another with --out FILE".to_owned();
-            Err(Error::Content { file: usual.to_owned(), reason })
+            Err(content_error(Path::new(usual), "exists already; name another with --out FILE"))
         }
         None => Ok(PathBuf::from(usual)),
     }

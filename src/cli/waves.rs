@@ -13,7 +13,6 @@ use sensel::waves::{Asked, WavePlan, WaveRow};
 use super::args::{CommonOptions, WaveArguments, WavesArguments};
 use super::place;
 
-/// `sensel waves`.
 pub fn main(arguments: &WavesArguments, shared: &CommonOptions) -> Result<(), Error> {
     place::check_ending("--plot", &arguments.plot, &["svg"], "SVG")?;
     let located = place::locate_sensor(arguments.sensor.as_deref(), shared)?;
@@ -90,8 +89,7 @@ impl<'a> WaveRequest<'a> {
 
     /// Lets the file be written under another path.
     pub fn redirect(&mut self, path: &Path) -> Result<(), Error> {
-        let folder = path.parent().unwrap_or(path);
-        std::fs::create_dir_all(folder).map_err(|source| place::io(folder, source))?;
+        sensel::files::make_folder(path.parent().unwrap_or(path))?;
         self.file = WaveFile::new(path)?;
         Ok(())
     }

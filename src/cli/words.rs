@@ -19,7 +19,6 @@ pub fn use_json() {
     AS_JSON.store(true, Ordering::Relaxed);
 }
 
-/// Whether every line on stderr is one JSON object.
 pub fn is_json() -> bool {
     AS_JSON.load(Ordering::Relaxed)
 }
@@ -72,7 +71,6 @@ pub fn reduction(report: &Report) -> String {
     }
 }
 
-/// Metres as millimetres.
 pub fn mm(value_m: f64) -> String {
     format!("{:.3} mm", 1e3 * value_m)
 }

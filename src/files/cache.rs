@@ -50,15 +50,14 @@ const UNSEEN_SHARE: u64 = 64;
 
 impl Cache {
     /// Opens a cache in `folder`, or in the user's: `$XDG_CACHE_HOME/sensel`, else `$HOME/.cache/sensel`. Fails where no folder is given
-    /// and
-    /// neither variable is set, or the folder cannot be made.
+    /// and neither variable is set, or the folder cannot be made.
     pub fn open(folder: Option<&Path>, capacity_bytes: u64) -> Result<Self, Error> {
         let folder = match folder {
             Some(folder) => folder.to_owned(),
             None => user_folder(std::env::var_os("XDG_CACHE_HOME"), std::env::var_os("HOME"))
                 .ok_or_else(|| Error::key("cache", "", "neither XDG_CACHE_HOME nor HOME is set; name a folder"))?,
         };
-        fs::create_dir_all(&folder).map_err(io_error(&folder))?;
+        super::make_folder(&folder)?;
         Ok(Self { folder, capacity_bytes, unseen_bytes: Arc::new(AtomicU64::new(capacity_bytes)) })
     }
 
@@ -78,10 +77,7 @@ impl Cache {
 
     /// The bytes under a key, if they are there and whole. Marks them as used now.
     pub fn get(&self, key: &str) -> Option<Vec<u8>> {
-        match self.find(key) {
-            CacheEntry::Whole(bytes) => Some(bytes),
-            CacheEntry::Damaged | CacheEntry::Absent => None,
-        }
+        if let CacheEntry::Whole(bytes) = self.find(key) { Some(bytes) } else { None }
     }
 
     /// Whether something lies under a key, whole or not.
@@ -173,8 +169,7 @@ impl Cache {
     }
 
     fn path(&self, key: &str) -> PathBuf {
-        let is_hex = key.bytes().all(|byte| byte.is_ascii_digit() || (b'a'..=b'f').contains(&byte));
-        assert!(is_hex && (8..=128).contains(&key.len()), "a cache key is a hash in lower-case hexadecimal");
+        assert!(is_key(key), "a cache key is a hash in lower-case hexadecimal");
         self.folder.join(format!("{key}.{ENTRY}"))
     }
 }
@@ -187,11 +182,13 @@ fn write_new(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     fs::File::create_new(path)?.write_all(bytes)
 }
 
+fn is_key(key: &str) -> bool {
+    (8..=128).contains(&key.len()) && key.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'))
+}
+
 /// Whether a file of this name is an entry or an unfinished one. Others that lie in the folder are a user's: they are neither counted nor
 /// removed.
 fn kind_of(name: &str) -> Option<&'static str> {
-    let is_key =
-        |key: &str| (8..=128).contains(&key.len()) && key.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'));
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     let mut parts = name.split('.');
     match (parts.next(), parts.next(), parts.next(), parts.next()) {

@@ -32,7 +32,6 @@ pub fn exchange(one: &Path, other: &Path) -> io::Result<()> {
     exchange_at_once(one, other)
 }
 
-/// Makes a folder; its parent exists.
 pub fn create_dir(path: &Path) -> io::Result<()> {
     step()?;
     std::fs::create_dir(path)
@@ -47,13 +46,11 @@ pub fn write_new(path: &Path, bytes: &[u8]) -> io::Result<()> {
     file.sync_all()
 }
 
-/// Removes a file or a link.
 pub fn remove_file(path: &Path) -> io::Result<()> {
     step()?;
     std::fs::remove_file(path)
 }
 
-/// Removes an empty folder.
 pub fn remove_dir(path: &Path) -> io::Result<()> {
     step()?;
     std::fs::remove_dir(path)

@@ -4,14 +4,12 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::errors::io_error;
+use super::emva_reader::DESCRIPTOR;
+use super::{make_folder, write};
 use crate::characterize::{ChannelTruth, PlannedShot, Set};
 use crate::error::Error;
 use crate::num::low_u8;
 use crate::plane::Plane;
-
-/// Name of the descriptor.
-const DESCRIPTOR: &str = "emva1288.txt";
 
 /// Why writing into a `String` is expected to work.
 const TEXT: &str = "writing to a string cannot fail";
@@ -26,8 +24,7 @@ pub struct EmvaWriter {
 impl EmvaWriter {
     /// Starts `folder`, which exists.
     pub fn create(folder: &Path, set: &Set) -> Result<Self, Error> {
-        let frames = folder.join("frames");
-        std::fs::create_dir_all(&frames).map_err(io_error(&frames))?;
+        make_folder(&folder.join("frames"))?;
         let (width, height) = (set.size.width_px, set.size.height_px);
         let descriptor = format!("v 4.0\nn {} {width} {height}\n", set.bits);
         Ok(Self { folder: folder.to_owned(), bits: set.bits, descriptor })
@@ -44,21 +41,13 @@ impl EmvaWriter {
         }
         let name = format!("frames/f{:05}.raw", shot.frame.0);
         writeln!(self.descriptor, "i {name}").expect(TEXT);
-        let path = self.folder.join(name);
-        std::fs::write(&path, raw(codes, self.bits)).map_err(io_error(&path))
+        write(&self.folder.join(name), raw(codes, self.bits))
     }
 
     /// Writes descriptor and truth. A truth without any figure is not written: there is nothing to judge.
     pub fn finish(self, truth: &ChannelTruth) -> Result<(), Error> {
-        let write = |name: &str, text: &str| {
-            let path = self.folder.join(name);
-            std::fs::write(&path, text).map_err(io_error(&path))
-        };
-        write(DESCRIPTOR, &self.descriptor)?;
-        if !truth.wants.is_empty() {
-            write("truth.json", &truth.to_json())?;
-        }
-        Ok(())
+        write(&self.folder.join(DESCRIPTOR), &self.descriptor)?;
+        if truth.wants.is_empty() { Ok(()) } else { write(&self.folder.join("truth.json"), truth.to_json()) }
     }
 }
 

@@ -6,6 +6,7 @@
 
 use std::path::Path;
 
+use super::errors::content_error;
 use super::input::InputFolders;
 use super::picture;
 use crate::characterize::measure::ChannelMeasurement;
@@ -59,7 +60,7 @@ pub fn read(folder: &Path) -> Result<FoundMeasurement, Error> {
     if !folder.join(DESCRIPTOR).exists() {
         let reason =
             format!("has no {DESCRIPTOR}; name a folder that 'sensel characterize' or an EMVA 1288 tool wrote");
-        return Err(Error::Content { file: folder.display().to_string(), reason });
+        return Err(content_error(folder, reason));
     }
     let files = InputFolders::new(vec![folder.to_owned()]);
     let text = String::from_utf8(files.read(DESCRIPTOR)?)
@@ -183,18 +184,13 @@ impl EmvaDescriptor {
         let stacks = [stack(true)?, stack(false)?];
         if stacks[0].exposure_ns != stacks[1].exposure_ns {
             let [bright, dark] = stacks.map(|group| group.exposure_ns);
-            return Err(refused(format!(
-                "its bright stack has {bright} ns, its dark one {dark} ns; use one exposure for both"
-            )));
+            let reason = format!("its bright stack has {bright} ns, its dark one {dark} ns; use one exposure for both");
+            return Err(refused(reason));
         }
-        let dark = |bright: &EmvaGroup| {
-            self.groups
-                .iter()
-                .find(|group| !group.is_lit && group.exposure_ns == bright.exposure_ns && group.files.len() == 2)
-        };
+        let pairs = |is_lit| self.groups.iter().filter(move |group| group.is_lit == is_lit && group.files.len() == 2);
         let mut points = Vec::new();
-        for bright in self.groups.iter().filter(|group| group.is_lit && group.files.len() == 2) {
-            let dark = dark(bright).ok_or_else(|| {
+        for bright in pairs(true) {
+            let dark = pairs(false).find(|dark| dark.exposure_ns == bright.exposure_ns).ok_or_else(|| {
                 let EmvaGroup { line, exposure_ns, .. } = bright;
                 refused(format!("line {line}: no dark pair has its exposure of {exposure_ns} ns; add two dark frames"))
             })?;
@@ -220,14 +216,12 @@ impl EmvaDescriptor {
 fn frame(files: &InputFolders, name: &str, size: Size, bits: u32) -> Result<Plane<u16>, Error> {
     let wrong = |reason: String| Error::Content { file: name.to_owned(), reason };
     let bytes = files.read(name)?;
+    let Size { width_px: width, height_px: height } = size;
     let codes = if bytes.starts_with(b"\x89PNG") {
         let (codes, _) = picture::grey_of(&bytes, name)?;
         if codes.size() != size {
-            let found = codes.size();
-            let reason = format!(
-                "has {} x {} pixels, line n of {DESCRIPTOR} says {} x {}",
-                found.width_px, found.height_px, size.width_px, size.height_px
-            );
+            let Size { width_px, height_px } = codes.size();
+            let reason = format!("has {width_px} x {height_px} pixels, line n of {DESCRIPTOR} says {width} x {height}");
             return Err(wrong(reason));
         }
         codes
@@ -235,12 +229,8 @@ fn frame(files: &InputFolders, name: &str, size: Size, bits: u32) -> Result<Plan
         let each = if bits > 8 { 2 } else { 1 };
         let expected = each * size.pixel_count();
         if bytes.len() != expected {
-            let reason = format!(
-                "has {} bytes; {} x {} codes of {bits} bits take {expected}",
-                bytes.len(),
-                size.width_px,
-                size.height_px
-            );
+            let found = bytes.len();
+            let reason = format!("has {found} bytes; {width} x {height} codes of {bits} bits take {expected}");
             return Err(wrong(reason));
         }
         let values = match each {

@@ -46,13 +46,11 @@ pub fn read_run(folder: &Path) -> Result<FinishedRun, Error> {
     })?;
     check_whole(folder, &report)?;
     let truth = trajectory(&folder.join("trajectory_gt.tum"))?;
-    if truth.len() != report.frames.len() {
-        let reason = format!(
-            "is of a run that was cut short: trajectory_gt.tum has {} poses, report.json {} frames; run it again",
-            truth.len(),
-            report.frames.len()
-        );
-        return Err(refused(reason));
+    let (poses, frames) = (truth.len(), report.frames.len());
+    if poses != frames {
+        return Err(refused(format!(
+            "is of a run that was cut short: trajectory_gt.tum has {poses} poses, report.json {frames} frames; run it again"
+        )));
     }
     let alone = folder.join(CAMERAS_ALONE);
     let cameras_alone = is_there(&alone).then(|| trajectory(&alone)).transpose()?;

@@ -7,7 +7,6 @@ mod contents;
 pub(super) mod lock;
 mod manifest;
 mod parents;
-mod refusal;
 mod single;
 #[cfg(test)]
 mod tests;
@@ -17,7 +16,7 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use super::disk;
-use super::errors::io_error;
+use super::errors::{io_error, refused};
 use crate::error::Error;
 use contents::{Inside, WORK};
 use lock::Lock;
@@ -25,7 +24,6 @@ use manifest::{Care, FolderList, Manifest, Survey};
 
 pub use manifest::MARKER;
 use parents::{Parents, resolve, until_parents_stay};
-use refusal::refused;
 pub use single::{check_file, replace_file};
 
 /// So many files of others are named in a refusal.
@@ -277,24 +275,17 @@ impl PlaceState {
 }
 
 fn check_survey(target: &Path, survey: &Survey) -> Result<(), Error> {
-    let named = |names: &[String]| {
+    for (names, what) in [
+        (&survey.strange, "what this program did not write there"),
+        (&survey.changed, "what was changed since this program wrote it"),
+    ] {
         let more = names.len().saturating_sub(NAMED_MAX);
         let shown = names[..names.len() - more].join(", ");
-        if more > 0 { format!("{shown} and {more} more") } else { shown }
-    };
-    if !survey.strange.is_empty() {
-        let reason = format!(
-            "holds what this program did not write there: {}; move it away or name another folder",
-            named(&survey.strange)
-        );
-        return Err(refused(target, reason));
-    }
-    if !survey.changed.is_empty() {
-        let reason = format!(
-            "holds what was changed since this program wrote it: {}; move it away or name another folder",
-            named(&survey.changed)
-        );
-        return Err(refused(target, reason));
+        let named = if more > 0 { format!("{shown} and {more} more") } else { shown };
+        if !names.is_empty() {
+            let reason = format!("holds {what}: {named}; move it away or name another folder");
+            return Err(refused(target, reason));
+        }
     }
     Ok(())
 }

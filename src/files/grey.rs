@@ -65,11 +65,8 @@ fn from_linear(channels: &[Channel]) -> Result<Grey, String> {
         return Err("is black all over".to_owned());
     }
     let code = |value: &f64| low_u16(low_u32(u64_half_even(value / brightest * f64::from(u16::MAX))));
-    Ok(Grey {
-        codes: Plane::from_values(size, linear.iter().map(code).collect()),
-        bits: 16,
-        full_scale: Some(brightest),
-    })
+    let codes = Plane::from_values(size, linear.iter().map(code).collect());
+    Ok(Grey { codes, bits: 16, full_scale: Some(brightest) })
 }
 
 #[cfg(test)]
@@ -78,10 +75,8 @@ mod tests {
     use crate::units::Size;
 
     fn channel(name: &str, values: [f32; 2]) -> Channel {
-        Channel {
-            name: name.to_owned(),
-            plane: Plane::from_values(Size { width_px: 2, height_px: 1 }, values.to_vec()),
-        }
+        let plane = Plane::from_values(Size { width_px: 2, height_px: 1 }, values.to_vec());
+        Channel { name: name.to_owned(), plane }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use super::errors::io_error;
+use super::errors::{content_error, io_error};
 use super::open::is_there;
 use super::read_bytes;
 use crate::error::Error;
@@ -28,8 +28,7 @@ impl InputFolders {
     fn find(&self, name: &str, is_there: impl Fn(&Path) -> bool) -> Result<PathBuf, Error> {
         let relative = Path::new(name);
         if !relative.components().all(|part| matches!(part, Component::Normal(_))) {
-            let reason = "leads out of the scenario's folder; use a name within it".to_owned();
-            return Err(Error::Content { file: name.to_owned(), reason });
+            return Err(content_error(relative, "leads out of the scenario's folder; use a name within it"));
         }
         let Some(folder) = self.0.iter().find(|folder| is_there(&folder.join(relative))) else {
             return Ok(self.0[0].join(relative));
@@ -39,12 +38,10 @@ impl InputFolders {
         let real = |path: &Path| std::fs::canonicalize(path).map_err(io_error(path));
         let (found, folder) = (real(&path)?, real(folder)?);
         if !found.starts_with(&folder) {
-            let reason = format!(
-                "is a link that leads out of the scenario's folder, to {}; put a copy into {}",
-                found.display(),
-                folder.display()
-            );
-            return Err(Error::Content { file: name.to_owned(), reason });
+            let (to, folder) = (found.display(), folder.display());
+            let reason =
+                format!("is a link that leads out of the scenario's folder, to {to}; put a copy into {folder}");
+            return Err(content_error(relative, reason));
         }
         Ok(path)
     }
@@ -87,8 +84,8 @@ impl PictureBytes for InputFolders {
             other => other,
         })?;
         if bytes.starts_with(LFS_POINTER) {
-            let reason = "is a pointer of Git LFS in place of the file; fetch the file by 'git lfs pull'".to_owned();
-            return Err(Error::Content { file: path.display().to_string(), reason });
+            let reason = "is a pointer of Git LFS in place of the file; fetch the file by 'git lfs pull'";
+            return Err(content_error(&path, reason));
         }
         Ok(bytes)
     }
@@ -167,8 +164,7 @@ mod tests {
     #[test]
     fn a_pipe_that_a_scenario_names_is_refused_and_listed() {
         let scratch = Scratch::new();
-        let fifo = scratch.path().join("0001.png");
-        rustix::fs::mknodat(rustix::fs::CWD, &fifo, rustix::fs::FileType::Fifo, 0o600.into(), 0).unwrap();
+        scratch.pipe("0001.png");
         let folders = InputFolders::new(vec![scratch.path().to_owned()]);
         assert_eq!(folders.list("").unwrap(), ["0001.png"]);
         assert!(folders.read("0001.png").unwrap_err().to_string().contains("pipe"));

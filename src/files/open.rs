@@ -125,8 +125,7 @@ mod tests {
     #[test]
     fn what_is_no_regular_file_is_refused_by_its_kind_and_never_waited_for() {
         let scratch = Scratch::new();
-        let fifo = scratch.path().join("fifo");
-        rustix::fs::mknodat(rustix::fs::CWD, &fifo, rustix::fs::FileType::Fifo, 0o600.into(), 0).unwrap();
+        let fifo = scratch.pipe("fifo");
         let socket = scratch.path().join("socket");
         let _listener = std::os::unix::net::UnixListener::bind(&socket).unwrap();
         let link = scratch.path().join("link");

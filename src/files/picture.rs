@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Cursor;
 use std::path::Path;
 
-use image::{ColorType, DynamicImage, ImageReader};
+use image::{ColorType, DynamicImage, ImageBuffer, ImageReader};
 
 use super::errors::io_error;
 use super::open::{open_input, read_opened};
@@ -69,9 +69,19 @@ pub(super) fn grey_of(bytes: &[u8], name: &str) -> Result<(Plane<u16>, u32), Err
 /// Writes 16-bit values as a grey PNG.
 pub fn write_grey_16(file: &Path, values: &Plane<u16>) -> Result<(), Error> {
     let size = values.size();
-    let buffer = image::ImageBuffer::from_raw(size.width_px, size.height_px, values.values().to_vec())
-        .expect("a plane has width times height values");
-    DynamicImage::ImageLuma16(buffer).save(file).map_err(|error| match error {
+    let buffer = ImageBuffer::from_raw(size.width_px, size.height_px, values.values().to_vec());
+    save(file, &DynamicImage::ImageLuma16(buffer.expect("a plane has width times height values")))
+}
+
+/// Writes 8-bit values as a grey PNG.
+pub(super) fn write_grey_8(file: &Path, values: &Plane<u8>) -> Result<(), Error> {
+    let size = values.size();
+    let buffer = ImageBuffer::from_raw(size.width_px, size.height_px, values.values().to_vec());
+    save(file, &DynamicImage::ImageLuma8(buffer.expect("a plane has width times height values")))
+}
+
+pub(super) fn save(file: &Path, picture: &DynamicImage) -> Result<(), Error> {
+    picture.save(file).map_err(|error| match error {
         image::ImageError::IoError(source) => io_error(file)(source),
         other => Error::Run(format!("{}: {other}", file.display())),
     })

@@ -10,7 +10,7 @@ use crate::error::Error;
 /// folder, or one above it, could be changed by somebody else, or as the disk says.
 pub fn make_private(folder: &Path) -> Result<(), Error> {
     if let Some(parent) = folder.parent() {
-        std::fs::create_dir_all(parent).map_err(io_error(parent))?;
+        super::make_folder(parent)?;
     }
     match create(folder) {
         Err(error) if error.kind() == ErrorKind::AlreadyExists => {}

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::errors::{content_error, io_error};
 use super::folder::lock::Lock;
-use super::{disk, read_bytes};
+use super::{disk, make_folder, read_bytes};
 use crate::error::Error;
 use crate::sweep::CellRecord;
 
@@ -45,15 +45,14 @@ impl SweepFolder {
     /// Takes a folder for running: makes it if need be, and holds its lock. `is_shared` leaves the lock out, for processes that each run
     /// other cells of one sweep. Fails where another process runs a sweep there; files of others stand there; the disk says no.
     pub fn take(path: &Path, is_shared: bool) -> Result<Self, Error> {
-        std::fs::create_dir_all(path).map_err(io_error(path))?;
+        make_folder(path)?;
         let mark = path.join(MARK);
         if !mark.is_file() {
             refuse_others(path)?;
             write_whole(&mark, MARK_TEXT.as_bytes())?;
         }
         let lock = if is_shared { None } else { Some(Lock::take(path.join(".lock"), path)?) };
-        let cells = path.join(CELLS);
-        std::fs::create_dir_all(&cells).map_err(io_error(&cells))?;
+        make_folder(&path.join(CELLS))?;
         let this = Self { path: path.to_owned(), _lock: lock };
         if !is_shared {
             this.remove_unfinished()?;
@@ -100,7 +99,7 @@ impl SweepFolder {
     pub fn write(&self, record: &CellRecord) -> Result<(), Error> {
         let place = self.place_of(&record.cell);
         if let Some(folder) = place.parent() {
-            std::fs::create_dir_all(folder).map_err(io_error(folder))?;
+            make_folder(folder)?;
         }
         write_whole(&place, &record.to_bytes())
     }

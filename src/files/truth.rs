@@ -13,7 +13,8 @@ pub use tum::TumWriter;
 
 use std::path::{Path, PathBuf};
 
-use super::errors::io_error;
+use super::picture::{write_grey_8, write_grey_16};
+use super::{make_folder, write};
 use crate::error::Error;
 use crate::num::u64_half_even;
 use crate::optics::truth::{Matches, Surfaces, TruthView, Visibility, matches, surfaces};
@@ -48,8 +49,7 @@ impl TruthWriter {
         }
         for kept in keep.all() {
             for leaf in kept.folders(setup.cameras.len()) {
-                let path = folder.join(leaf);
-                std::fs::create_dir_all(&path).map_err(io_error(&path))?;
+                make_folder(&folder.join(leaf))?;
             }
         }
         let tum = if keep.has(KeptOutput::Tum) { Some(TumWriter::create(&folder.join("tum"))?) } else { None };
@@ -80,7 +80,7 @@ impl TruthWriter {
         if self.keep.is_empty() {
             return Ok(());
         }
-        write(&self.folder.join("ground_truth.json"), index::text(&self.keep, setup)?.as_bytes())
+        write(&self.folder.join("ground_truth.json"), index::text(&self.keep, setup)?)
     }
 
     fn path(&self, folder: &str, place: &CameraPlace<'_>, extension: &str) -> PathBuf {
@@ -91,18 +91,16 @@ impl TruthWriter {
     /// What stages before the codes made.
     fn stages(&self, place: &CameraPlace<'_>, seen: &CameraFrame) -> Result<(), Error> {
         if self.keep.has(KeptOutput::Photons) {
-            let channels = [("Y", (*seen.photons).clone())];
-            write_exr(&self.path("photons", place, "exr"), channels)?;
+            write_exr(&self.path("photons", place, "exr"), [("Y", (*seen.photons).clone())])?;
         }
         if let Some(electrons) = seen.electrons.as_ref().filter(|_| self.keep.has(KeptOutput::Electrons)) {
             write_exr(&self.path("electrons", place, "exr"), [("Y", electrons.clone())])?;
         }
         if self.keep.has(KeptOutput::Codes) {
-            super::picture::write_grey_16(&self.path("codes", place, "png"), &seen.codes)?;
+            write_grey_16(&self.path("codes", place, "png"), &seen.codes)?;
         }
         if self.keep.has(KeptOutput::Colour) {
-            let colour = place.session.colour(place.frame.frame, place.camera)?;
-            write_exr(&self.path("colour", place, "exr"), colour)?;
+            write_exr(&self.path("colour", place, "exr"), place.session.colour(place.frame.frame, place.camera)?)?;
         }
         Ok(())
     }
@@ -115,7 +113,7 @@ impl TruthWriter {
         let pose = |t_s: f64| setup.motion.world_from_body(t_s).expect("the motion covers the run");
         let view = session.view(place.frame.frame, camera, &pose);
         if self.keep.has(KeptOutput::Poses) {
-            write(&self.path("poses", place, "csv"), encode::pose_table(&view).as_bytes())?;
+            write(&self.path("poses", place, "csv"), encode::pose_table(&view))?;
         }
         let has_tum_depth = self.tum.is_some() && camera == 0;
         if !has_tum_depth && !self.keep.needs_surfaces() {
@@ -155,7 +153,7 @@ impl TruthWriter {
         let (setup, frame) = (place.session.setup(), place.frame);
         let depth_m = setup.world.depth((place.camera, &setup.cameras[place.camera]), frame.t_s)?;
         let depth_m = depth_m.expect("a world without depth was refused when the folder was made");
-        super::picture::write_grey_16(&self.path("depth", place, "png"), &encode::depth_steps(&depth_m))?;
+        write_grey_16(&self.path("depth", place, "png"), &encode::depth_steps(&depth_m))?;
         write_exr(&self.path("depth", place, "exr"), [("Z", depth_m)])
     }
 
@@ -168,7 +166,7 @@ impl TruthWriter {
     ) -> Result<(), Error> {
         if self.keep.has(KeptOutput::Depth) {
             let depth_m = seen.depth_m(view);
-            super::picture::write_grey_16(&self.path("depth", place, "png"), &encode::depth_steps(&depth_m))?;
+            write_grey_16(&self.path("depth", place, "png"), &encode::depth_steps(&depth_m))?;
             write_exr(&self.path("depth", place, "exr"), [("Z", depth_m), ("range", seen.range_m())])?;
         }
         if self.keep.has(KeptOutput::Normals) {
@@ -177,24 +175,23 @@ impl TruthWriter {
         }
         if self.keep.has(KeptOutput::Materials) {
             let numbers = seen.materials(scene).map(|number| u16::try_from(number).unwrap_or(u16::MAX));
-            super::picture::write_grey_16(&self.path("materials", place, "png"), &numbers)?;
+            write_grey_16(&self.path("materials", place, "png"), &numbers)?;
         }
         if self.keep.has(KeptOutput::Objects) {
             let instance = |number: u32| scene.object(number).map_or(0, |object| object.instance);
             let numbers = seen.object.map(|number| u16::try_from(instance(number)).unwrap_or(u16::MAX));
-            super::picture::write_grey_16(&self.path("objects", place, "png"), &numbers)?;
+            write_grey_16(&self.path("objects", place, "png"), &numbers)?;
         }
         Ok(())
     }
 
     fn to_next(&self, place: &CameraPlace<'_>, found: Matches) -> Result<(), Error> {
         if self.keep.has(KeptOutput::Visibility) {
-            encode::write_grey_8(&self.path("visibility", place, "png"), &codes_of(&found.seen))?;
+            write_grey_8(&self.path("visibility", place, "png"), &codes_of(&found.seen))?;
         }
         if self.keep.has(KeptOutput::Flow) {
             encode::write_flow_16(&self.path("flow", place, "png"), &found)?;
-            let channels = [("forward.u", found.dx_px), ("forward.v", found.dy_px)];
-            write_exr(&self.path("flow", place, "exr"), channels)?;
+            write_exr(&self.path("flow", place, "exr"), [("forward.u", found.dx_px), ("forward.v", found.dy_px)])?;
         }
         Ok(())
     }
@@ -202,7 +199,7 @@ impl TruthWriter {
     fn to_other(&self, place: &CameraPlace<'_>, other: usize, found: Matches) -> Result<(), Error> {
         let folder = self.folder.join("stereo").join(keep::pair(place.camera, other));
         let name = |extension: &str| folder.join(format!("{}.{extension}", place.timestamp_ns));
-        encode::write_grey_8(&name("png"), &codes_of(&found.seen))?;
+        write_grey_8(&name("png"), &codes_of(&found.seen))?;
         write_exr(&name("exr"), [("disparity.x", found.dx_px), ("disparity.y", found.dy_px)])
     }
 }
@@ -220,9 +217,5 @@ fn codes_of(seen: &Plane<Visibility>) -> Plane<u8> {
 fn write_exr(path: &Path, channels: impl IntoIterator<Item = (&'static str, Plane<f32>)>) -> Result<(), Error> {
     let named = |(name, plane): (&str, Plane<f32>)| Channel { name: name.to_owned(), plane };
     let channels: Vec<Channel> = channels.into_iter().map(named).collect();
-    write(path, &to_exr(&channels)?)
-}
-
-fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    std::fs::write(path, bytes).map_err(io_error(path))
+    write(path, to_exr(&channels)?)
 }

@@ -46,7 +46,11 @@ impl Player {
     }
 
     fn put32(&mut self, values: impl IntoIterator<Item = u32>) -> Result<(), Error> {
-        values.into_iter().try_for_each(|value| self.to().write_all(&value.to_le_bytes())).map_err(broken)
+        values.into_iter().try_for_each(|value| self.put(&value.to_le_bytes()))
+    }
+
+    fn put(&mut self, bytes: &[u8]) -> Result<(), Error> {
+        self.to().write_all(bytes).map_err(broken)
     }
 
     fn flush(&mut self) -> Result<(), Error> {
@@ -89,7 +93,7 @@ impl Player {
         let policy = settings.policy.code().into();
         let registers = [settings.threshold.into(), policy, settings.target.into(), settings.angle_bits];
         self.put32([hardware.width, hardware.height].into_iter().chain(registers).chain([threshold.into()]))?;
-        pixels.iter().try_for_each(|pixel| self.to().write_all(&pixel.to_le_bytes())).map_err(broken)?;
+        pixels.iter().try_for_each(|pixel| self.put(&pixel.to_le_bytes()))?;
         self.flush()?;
         loop {
             match self.get::<1>()? {
@@ -98,15 +102,14 @@ impl Player {
                     let mut next_clk = clk;
                     for x in x..hardware.width {
                         let offered_clk = around.offered_run(x, x + 1, y, next_clk);
-                        self.to().write_all(&offered_clk.to_le_bytes()).map_err(broken)?;
+                        self.put(&offered_clk.to_le_bytes())?;
                         next_clk = offered_clk + 1;
                     }
                     self.flush()?;
                 }
                 [b'R'] => {
-                    let clk = self.get64()?;
-                    let taken_clk = around.taken(clk);
-                    self.to().write_all(&taken_clk.to_le_bytes()).map_err(broken)?;
+                    let taken_clk = around.taken(self.get64()?);
+                    self.put(&taken_clk.to_le_bytes())?;
                     self.flush()?;
                 }
                 [b'O'] => {

@@ -11,7 +11,7 @@ use rtl_models::verilog::{self, sources_of};
 
 use super::errors::io_error;
 use super::open::{open_regular, read_opened};
-use super::{disk, private};
+use super::{disk, private, write};
 use crate::error::Error;
 
 /// Name of the header that the harness includes beside `Vblock.h`.
@@ -120,7 +120,7 @@ impl Build<'_> {
     fn make(&self, folder: &Path) -> Result<(), Error> {
         let put = |name: &str, text: &str| -> Result<PathBuf, Error> {
             let path = folder.join(name);
-            std::fs::write(&path, text).map_err(io_error(&path))?;
+            write(&path, text)?;
             Ok(path)
         };
         put(HEADER, self.header)?;
@@ -149,7 +149,7 @@ fn hash_of(program: &Path) -> Result<String, Error> {
 
 fn write_checksum(folder: &Path) -> Result<(), Error> {
     let (program, path) = (folder.join(PROGRAM), folder.join(CHECKSUM));
-    std::fs::write(&path, hash_of(&program)?).map_err(io_error(&path))?;
+    write(&path, hash_of(&program)?)?;
     [program, path].iter().try_for_each(|file| private::take_from_others(file).map_err(io_error(file)))
 }
 

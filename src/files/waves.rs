@@ -37,11 +37,8 @@ impl WaveFile {
             Some("vcd") => WaveFormat::Vcd,
             Some("svg") => WaveFormat::Svg,
             _ => {
-                return Err(Error::key(
-                    "--waves",
-                    path.display(),
-                    "is no waveform file; use a name ending in .fst, .vcd or .svg",
-                ));
+                let reason = "is no waveform file; use a name ending in .fst, .vcd or .svg";
+                return Err(Error::key("--waves", path.display(), reason));
             }
         };
         if path.is_dir() {
@@ -61,8 +58,7 @@ impl WaveFile {
     }
 
     /// Writes the file beside its place and renames it; `name` is the picture's heading. Fails where the disk says no; then what stood
-    /// there
-    /// still stands.
+    /// there still stands.
     pub fn write(&self, waves: &Waves, name: &str) -> Result<(), Error> {
         let bytes = match self.format {
             WaveFormat::Fst => fst_bytes(waves),

@@ -1,11 +1,10 @@
 //! A second tracker of the same packets that does not use the inertial unit.
 
 use super::state::Session;
-pub(super) use super::totals::Alone;
+use super::totals::{Alone, FrameNotes};
 use crate::error::Error;
 use crate::pose::{Pose, TimedPose};
 use crate::report::cameras_alone::CamerasAlone;
-use crate::tracker::Tracker;
 
 impl Session {
     /// Tracks every frame a second time without the inertial unit, where the tracker uses one. It changes nothing else. Before the first
@@ -13,8 +12,7 @@ impl Session {
     pub fn track_cameras_alone(&mut self) -> Result<(), Error> {
         assert!(self.notes.is_empty(), "the second tracker sees every frame");
         if self.setup.imu_calibration().is_some() {
-            let made = Tracker::new(self.setup.calibration(), self.setup.tracker);
-            let tracker = made.map_err(|error| self.setup.resolved.tree.locate(error))?;
+            let tracker = self.setup.camera_tracker()?;
             self.alone = Some(Alone { tracker, poses: Vec::new(), seconds: 0.0 });
         }
         Ok(())
@@ -23,13 +21,12 @@ impl Session {
     /// Poses of the cameras alone; none where they are not tracked apart.
     pub fn estimate_of_cameras_alone(&self) -> Option<Vec<TimedPose>> {
         let alone = self.alone.as_ref()?;
-        let pose = |(note, (pose, _)): (&super::totals::FrameNotes, &(Option<Pose>, f64))| {
+        let pose = |(note, (pose, _)): (&FrameNotes, &(Option<Pose>, f64))| {
             Some(TimedPose { t_s: note.truth.t_s, world_from_body: (*pose)? })
         };
         Some(self.notes.iter().zip(&alone.poses).filter_map(pose).collect())
     }
 
-    /// Their figures, for the report.
     pub(super) fn figures_of_cameras_alone(
         &self,
         reasons: &mut std::collections::BTreeMap<String, String>,

@@ -74,11 +74,8 @@ impl SensorSetup {
     fn compute_events(&self, counted: &Counted) -> Result<Events, Error> {
         let mut events = Events::default();
         if self.link.mode.sends_features() {
-            counted
-                .events
-                .iter()
-                .filter(|(event, _)| event.block() == Block::Compute)
-                .for_each(|(event, times)| events.add(event, times));
+            let of_extractor = counted.events.iter().filter(|(event, _)| event.block() == Block::Compute);
+            of_extractor.for_each(|(event, times)| events.add(event, times));
             return Ok(events);
         }
         let sensor_frames = u64::from(counted.frames) * u64::from(counted.cameras);
@@ -104,11 +101,8 @@ impl SensorSetup {
         } else {
             let stays =
                 |event: Event| event.block() != Block::Compute && !matches!(event, Event::LinkByte | Event::LinkBurst);
-            counted
-                .events
-                .iter()
-                .filter(|(event, _)| stays(*event))
-                .for_each(|(event, times)| events.add(event, times));
+            let staying = counted.events.iter().filter(|(event, _)| stays(*event));
+            staying.for_each(|(event, times)| events.add(event, times));
             if self.link.mode.sends_features() {
                 events.merge(compute);
             }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::Error;
+use crate::optics::{Exposure, Rounding};
 use crate::rtl_simulator::RtlSimulator;
 use crate::scene::PictureBytes;
 
@@ -50,6 +51,15 @@ impl Assets for NoFiles {
             reason: "there are no files here; use a generated scene".to_owned(),
         })
     }
+}
+
+/// Where photons are kept between runs. Several processes may share it; a failure costs time, never a photon.
+pub trait PhotonStore: Send + Sync {
+    /// The exposure under a key, if it is there and whole.
+    fn load(&self, key: &str) -> Option<Exposure>;
+
+    /// Keeps an exposure under a key; its photons are rounded so, if at all.
+    fn keep(&self, key: &str, exposure: &Exposure, rounding: Option<Rounding>);
 }
 
 /// Measures time for the report; the library reads no clock.

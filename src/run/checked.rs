@@ -4,13 +4,13 @@ use super::assets::Assets;
 use super::exposure::ExposureControl;
 use super::motion::placed_motion;
 use super::sensor::SensorSetup;
-use super::setup::{Setup, cameras, first_exposure_s, span_of_run};
+use super::setup::{Setup, calibrations, cameras, first_exposure_s, span_of_run};
 use super::world::{Demand, World};
 use crate::config::Resolved;
 use crate::effects;
 use crate::error::Error;
 use crate::fidelity::Rung;
-use crate::tracker::{CameraCalibration, Tracker};
+use crate::tracker::Tracker;
 use crate::units::Span;
 
 impl Setup {
@@ -37,12 +37,7 @@ fn check(resolved: &Resolved, assets: &dyn Assets) -> Result<(), Error> {
     if fidelity.rung == Rung::Rtl {
         assets.rtl_simulator()?;
     }
-    let calibration = |camera: &crate::optics::Camera| CameraCalibration {
-        lens: camera.lens,
-        size: camera.size,
-        body_from_camera: camera.body_from_camera,
-    };
-    Tracker::new(cameras.iter().map(calibration).collect(), params)?;
+    Tracker::new(calibrations(&cameras), params)?;
     sensor.row_delays_s()?;
     let motion = placed_motion(scenario, span_of_run(&sensor, cameras.len(), frames), assets)?.motion;
     let start = motion.world_from_body(0.0).map_err(|error| error.at_key("motion.start_s", scenario.motion.start_s))?;

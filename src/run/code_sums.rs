@@ -7,7 +7,6 @@ use crate::plane::Plane;
 /// Codes of 16 bits whose sum fits 32.
 pub(super) const SUMMED: usize = 1 << 15;
 
-/// Sums over pictures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct CodeSums {
     pub pixels: u64,
@@ -27,7 +26,6 @@ impl CodeSums {
         }
     }
 
-    /// Adds another picture's.
     pub fn add(&mut self, other: Self) {
         self.pixels += other.pixels;
         self.sum_dn += other.sum_dn;

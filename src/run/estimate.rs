@@ -93,11 +93,10 @@ impl SensorSetup {
     pub fn link_split(&self, features: u64) -> Result<LinkSplit, Error> {
         let rate = 1e9 / f64_from_u64(self.power.period_ns);
         let of = |mode: Mode, features: u64| -> Result<(Traffic, f64), Error> {
-            let link = LinkParams { mode, frames_every: 1, ..self.link };
-            let traffic = link.traffic(self.size, self.bits(), features)?;
+            let traffic = self.traffic_in(mode, features)?;
             let mut events = Events::default();
             events.add(Event::LinkByte, traffic.link_bytes);
-            events.add(Event::LinkBurst, traffic.packets * u64::from(link.lanes));
+            events.add(Event::LinkBurst, traffic.packets * u64::from(self.link.lanes));
             Ok((traffic, self.link_mw(&events)))
         };
         let (raw, raw_mw) = of(Mode::Frames, 0)?;
@@ -117,14 +116,16 @@ impl SensorSetup {
     pub fn host_split(&self, host: &HostParams, features: u64) -> Result<[HostEnergy; 2], Error> {
         let frame_s = 1e-9 * f64_from_u64(self.power.period_ns);
         let (pixels, found) = (f64_from_u64(u64_from(self.size.pixel_count())), f64_from_u64(features));
-        let bytes = |mode: Mode, features: u64| -> Result<f64, Error> {
-            let link = LinkParams { mode, frames_every: 1, ..self.link };
-            Ok(f64_from_u64(link.traffic(self.size, self.bits(), features)?.link_bytes))
-        };
+        let bytes = |mode, features| self.traffic_in(mode, features).map(|traffic| f64_from_u64(traffic.link_bytes));
         Ok([
             host.frame(bytes(Mode::Frames, 0)?, pixels, found, frame_s),
             host.frame(bytes(Mode::Features, features)?, 0.0, found, frame_s),
         ])
+    }
+
+    /// Traffic of a frame whose rows or features alone are sent.
+    fn traffic_in(&self, mode: Mode, features: u64) -> Result<Traffic, Error> {
+        LinkParams { mode, frames_every: 1, ..self.link }.traffic(self.size, self.bits(), features)
     }
 
     fn link_mw(&self, events: &Events) -> f64 {

@@ -6,7 +6,6 @@ use crate::num::u32_from;
 use crate::readout::{AutoExposure, Schedule};
 use crate::units::{CameraIndex, FrameIndex};
 
-/// The exposures of a run.
 #[derive(Clone)]
 pub(super) struct ExposureControl {
     /// One a camera, with the exposure of the configuration.

@@ -33,7 +33,6 @@ pub(super) struct ExtractorTotals {
 }
 
 impl ExtractorTotals {
-    /// Adds a frame of a camera.
     pub fn add(&mut self, frame: &Extracted) {
         let (sum, more) = (&mut self.counts, &frame.counts);
         sum.corners += more.corners;

@@ -10,7 +10,7 @@ use crate::facts::{DieSpread, Fact, ScenarioFacts, Tile, readable};
 use crate::num::{f64_from_usize, greater, lesser};
 use crate::optics::Camera;
 use crate::pixel;
-use crate::scene::motion::Motion;
+use crate::scene::motion::{Motion, MotionError};
 use crate::scene::nearest;
 use crate::scene::object::MovingObject;
 use crate::units::{FrameIndex, RowIndex, Span};
@@ -74,7 +74,7 @@ impl<'a> std::ops::Deref for Lit<'a> {
 
 impl Lit<'_> {
     fn facts(&self) -> Result<ScenarioFacts, Error> {
-        let at_run = |error: crate::scene::motion::MotionError| Error::Run(error.to_string());
+        let at_run = |error: MotionError| Error::Run(error.to_string());
         let speeds = self.motion.speeds_max(self.run).map_err(at_run)?;
         let of_scene_m = self.depth_m().map_err(at_run)?;
         let objects = self.objects().map_err(at_run)?;
@@ -89,12 +89,11 @@ impl Lit<'_> {
             least: depth_m[0],
             greatest: depth_m[1],
             how: match self.world {
-                World::Scene(_) => {
-                    "boxes around the path to the nearest and farthest triangle, and to moving objects".to_owned()
-                }
+                World::Scene(_) => "boxes around the path to the nearest and farthest triangle, and to moving objects",
                 #[cfg(feature = "pictures")]
-                World::Images(_) => "pictures from elsewhere".to_owned(),
-            },
+                World::Images(_) => "pictures from elsewhere",
+            }
+            .to_owned(),
         });
         facts.extend(self.speeds(speeds));
         facts.extend(self.motions_px(speeds, of_scene_m[0], &objects));
@@ -118,10 +117,9 @@ impl Lit<'_> {
         } else {
             String::new()
         };
+        let [short, long] = [short_s, long_s].map(|length_s| readable(1e6 * length_s));
         let how = format!(
-            "darkest and brightest lit texel times roll-off, filters and quantum efficiency, {} to {} us{capped}",
-            readable(1e6 * short_s),
-            readable(1e6 * long_s)
+            "darkest and brightest lit texel times roll-off, filters and quantum efficiency, {short} to {long} us{capped}"
         );
         // Both ends of one exposure.
         let least_of_long_e = least * long_s / short_s;
@@ -138,10 +136,8 @@ impl Lit<'_> {
         let (bounds, how) = match self.world.scene() {
             Some(scene) if !scene.is_steady() => {
                 let [short, long] = self.exposures_s.map(|length_s| scene.lamp_level_bounds_over(length_s));
-                (
-                    [lesser(short[0], long[0]), greater(short[1], long[1])],
-                    "waveform's mean over the exposure at every phase",
-                )
+                let bounds = [lesser(short[0], long[0]), greater(short[1], long[1])];
+                (bounds, "waveform's mean over the exposure at every phase")
             }
             Some(_) => ([1.0; 2], "no lamp flickers"),
             None => ([1.0; 2], "flicker of pictures is in the pictures"),
@@ -160,28 +156,32 @@ impl Lit<'_> {
         ends(self.windows.iter().map(|camera| camera.body_from_camera.translation_m.length())).1
     }
 
+    /// A part of the run, and the box that holds all cameras in it.
+    fn path_box(&self, part: usize, parts: usize) -> Result<(Span, [DVec3; 2]), MotionError> {
+        let reach_m = DVec3::splat(self.reach_m());
+        let step_s = self.run.length_s() / f64_from_usize(parts);
+        let start_s = self.run.start_s + step_s * f64_from_usize(part);
+        let span = Span { start_s, end_s: lesser(start_s + step_s, self.run.end_s) };
+        let (low_m, high_m) = self.motion.extent_m(span)?;
+        Ok((span, [low_m - reach_m, high_m + reach_m]))
+    }
+
     /// Distance along rays to the surfaces that a camera can see: pictures say nothing.
-    fn depth_m(&self) -> Result<[f64; 2], crate::scene::motion::MotionError> {
+    fn depth_m(&self) -> Result<[f64; 2], MotionError> {
         let Some(lit) = self.world.scene() else { return Ok([0.0, f64::INFINITY]) };
         let bvh = &lit.scene().bvh;
         let root = &bvh.nodes[0];
         let corner = |side: usize| {
             DVec3::from_array([0, 1, 2].map(|axis| {
-                let (low, high) =
-                    ends(root.planes_m[axis][side].iter().filter(|place| place.is_finite()).map(|&m| f64::from(m)));
-                [low, high][side]
+                let places_m = root.planes_m[axis][side].iter().filter(|place| place.is_finite());
+                <[f64; 2]>::from(ends(places_m.map(|&m| f64::from(m))))[side]
             }))
         };
         let scene_m = [corner(0), corner(1)];
-        let reach_m = DVec3::splat(self.reach_m());
         let parts = if matches!(self.motion, Motion::Still(_)) { 1 } else { PATH_PARTS };
-        let step_s = self.run.length_s() / f64_from_usize(parts);
         let (mut nearest_m, mut farthest_m) = (f64::INFINITY, 0.0);
         for part in 0..parts {
-            let start_s = self.run.start_s + step_s * f64_from_usize(part);
-            let end_s = lesser(start_s + step_s, self.run.end_s);
-            let (low_m, high_m) = self.motion.extent_m(Span { start_s, end_s })?;
-            let (low_m, high_m) = (low_m - reach_m, high_m + reach_m);
+            let (_, [low_m, high_m]) = self.path_box(part, parts)?;
             nearest_m = lesser(nearest_m, nearest::distance_m(bvh, [low_m, high_m]));
             let far_m = (scene_m[1] - low_m).abs().max((high_m - scene_m[0]).abs());
             farthest_m = greater(farthest_m, far_m.length());
@@ -190,17 +190,12 @@ impl Lit<'_> {
     }
 
     /// How near moving objects come to a camera, and how fast they pass it.
-    fn objects(&self) -> Result<Vec<ObjectFacts>, crate::scene::motion::MotionError> {
+    fn objects(&self) -> Result<Vec<ObjectFacts>, MotionError> {
         let Some(scene) = self.world.dynamic_scene() else { return Ok(Vec::new()) };
-        let reach_m = DVec3::splat(self.reach_m());
-        let step_s = self.run.length_s() / f64_from_usize(PATH_PARTS);
         let of = |object: &MovingObject| {
             let mut depth_m = [f64::INFINITY, 0.0];
             for part in 0..PATH_PARTS {
-                let start_s = self.run.start_s + step_s * f64_from_usize(part);
-                let span = Span { start_s, end_s: lesser(start_s + step_s, self.run.end_s) };
-                let (low_m, high_m) = self.motion.extent_m(span)?;
-                let (low_m, high_m) = (low_m - reach_m, high_m + reach_m);
+                let (span, [low_m, high_m]) = self.path_box(part, PATH_PARTS)?;
                 let [least_m, most_m] = object.extent_m(span)?;
                 let gap_m = (least_m - high_m).max(low_m - most_m).max(DVec3::ZERO);
                 let far_m = (most_m - low_m).abs().max((high_m - least_m).abs());
@@ -234,13 +229,8 @@ impl Lit<'_> {
         }
         let per_rad = ends(self.windows.iter().map(px_per_rad_max)).1;
         let px_per_s = per_rad * (turn + passing);
-        let how = format!(
-            "{} px a radian times ({} deg/s of turning + {} m/s past {} m)",
-            readable(per_rad),
-            readable(turn.to_degrees()),
-            readable(passed.0),
-            readable(passed.1)
-        );
+        let [px, turn_deg, past_m, near_m] = [per_rad, turn.to_degrees(), passed.0, passed.1].map(readable);
+        let how = format!("{px} px a radian times ({turn_deg} deg/s of turning + {past_m} m/s past {near_m} m)");
         let schedule = &self.sensor.schedule;
         let middle_s = |row: u32| schedule.exposure(FrameIndex(0), RowIndex(row)).middle_s();
         let readout_s = middle_s(self.sensor.size.height_px - 1) - middle_s(0);
@@ -259,28 +249,15 @@ impl Lit<'_> {
         let greatest = greatest_e * share / pixel.full_well_e;
         let risk = if greatest < 1.0 { "no mean reaches the well of" } else { "bright pixels may pass the well of" };
         let (dark_e, _) = pixel::dark_charge_e(pixel, self.exposures_s[1], storage_s, self.dies);
-        let temperature_k = pixel.temperature_k;
+        let (well_e, temperature_k) = (pixel.full_well_e, pixel.temperature_k);
+        let well_how = format!("{risk} {} e-", readable(well_e));
+        let dark_how =
+            format!("dark current of the darkest of the rig's dies at {temperature_k} K over exposure and storage");
+        let of = |name, least, greatest, how| Fact { name, least, greatest, how };
         [
-            Fact {
-                name: "well_filling",
-                least: least_e / pixel.full_well_e,
-                greatest,
-                how: format!("{risk} {} e-", readable(pixel.full_well_e)),
-            },
-            Fact {
-                name: "dark_e",
-                least: 0.0,
-                greatest: dark_e,
-                how: format!(
-                    "dark current of the darkest of the rig's dies at {temperature_k} K over exposure and storage"
-                ),
-            },
-            Fact {
-                name: "temperature_k",
-                least: temperature_k,
-                greatest: temperature_k,
-                how: "as configured".to_owned(),
-            },
+            of("well_filling", least_e / well_e, greatest, well_how),
+            of("dark_e", 0.0, dark_e, dark_how),
+            of("temperature_k", temperature_k, temperature_k, "as configured".to_owned()),
         ]
     }
 

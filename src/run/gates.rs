@@ -63,6 +63,16 @@ fn added(block: &str, parameters: &str) -> Netlist {
     row(block, parameters).plus(row(block, ""), -1.0)
 }
 
+/// What more octaves than one add.
+fn octaves_added(block: &str, octaves: u32) -> Netlist {
+    match octaves {
+        0 | 1 => Netlist::default(),
+        2 => added(block, "OCTAVES=2"),
+        3 => added(block, "OCTAVES=3"),
+        _ => added(block, "OCTAVES=4"),
+    }
+}
+
 /// Linear between points of one parameter: `(value, what the value adds)`, rising; beyond the ends by the nearest two.
 fn between(points: &[(f64, Netlist)], at: f64) -> Netlist {
     let place = points.windows(2).position(|pair| at <= pair[1].0).unwrap_or(points.len() - 2);
@@ -78,11 +88,7 @@ pub fn front(hardware: &FxBackConfig) -> Netlist {
     let none = Netlist::default();
     let bits = f64::from(hardware.pix_bits);
     let words = between(&[(8.0, none), (12.0, added(block, "PIX_BITS=12")), (16.0, added(block, "PIX_BITS=16"))], bits);
-    let octaves = ["OCTAVES=2", "OCTAVES=3", "OCTAVES=4"];
-    let octave = match hardware.octaves {
-        0 | 1 => none,
-        more => added(block, octaves[crate::num::index(more.min(4) - 2)]),
-    };
+    let octave = octaves_added(block, hardware.octaves);
     // Harris is mostly multipliers, which grow with the word.
     let harris = if hardware.harris {
         let wide = row(block, "PIX_BITS=16 HARRIS=1").plus(row(block, "PIX_BITS=16"), -1.0);
@@ -104,12 +110,7 @@ pub fn back(hardware: &FxBackConfig) -> Netlist {
     let bits = f64::from(hardware.pix_bits);
     let share = (bits - 8.0) / 8.0;
     let words = added(block, "PIX_BITS=16");
-    let octave = match hardware.octaves {
-        0 | 1 => none,
-        2 => added(block, "OCTAVES=2"),
-        3 => added(block, "OCTAVES=3"),
-        _ => added(block, "OCTAVES=4"),
-    };
+    let octave = octaves_added(block, hardware.octaves);
     let cell = match hardware.cell_log2 {
         0..=4 => none,
         5 => added(block, "CELL_LOG2=5"),
@@ -133,13 +134,8 @@ pub fn back(hardware: &FxBackConfig) -> Netlist {
     };
     let lists = between(&[(1.0, list("")), (4.0, list("OCTAVES=4 "))], f64::from(hardware.octaves));
     let per_cell = none.plus(lists, body);
-    let fifo = none.plus(
-        between(
-            &[(1.0, added("fx_fifo", "DEPTH=1")), (16.0, none), (64.0, added("fx_fifo", "DEPTH=64"))],
-            f64::from(hardware.fifo_depth),
-        ),
-        word,
-    );
+    let depths = [(1.0, added("fx_fifo", "DEPTH=1")), (16.0, none), (64.0, added("fx_fifo", "DEPTH=64"))];
+    let fifo = none.plus(between(&depths, f64::from(hardware.fifo_depth)), word);
     let desc = between(&[(64.0, added(block, "DESC_BITS=64")), (256.0, none)], f64::from(hardware.desc_bits));
     let harris = if hardware.harris { added(block, "HARRIS=1") } else { none };
     let parts = [octave, cell, subpixel, per_cell, fifo, desc, harris, width(hardware, block)];

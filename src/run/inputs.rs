@@ -1,13 +1,12 @@
 //! The files that a scenario is made of, as one hash: they are no part of its configuration and decide its result all the same.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex};
+use std::sync::Mutex;
 
 use super::assets::Assets;
 use super::light::found_scene;
 use crate::config::Resolved;
 use crate::error::Error;
-use crate::scene::PictureBytes;
 
 /// Remembers the hash of each file that is read.
 struct InputRecorder<'a> {
@@ -25,10 +24,6 @@ impl Assets for InputRecorder<'_> {
 
     fn list(&self, folder: &str) -> Result<Vec<String>, Error> {
         self.assets.list(folder)
-    }
-
-    fn during_run(&self) -> Option<Arc<dyn PictureBytes>> {
-        None
     }
 }
 

@@ -88,22 +88,17 @@ fn check_reach(section: &MotionKeys, motion: &Motion, run: Span) -> Result<(), E
     let refused = |reason: String| Error::key(key, named, reason);
     let (low_m, high_m) = motion.extent_m(run).map_err(|error| refused(error.to_string()))?;
     if !(is_in_reach(low_m) && is_in_reach(high_m)) {
-        let reason = format!(
+        return Err(refused(format!(
             "the run's path goes from {low_m} to {high_m} m; use one within {PLACE_M_MAX} m of the scene's origin along each axis, \
              or a smaller motion.scale"
-        );
-        return Err(refused(reason));
+        )));
     }
     let speeds = motion.speeds_max(run).map_err(|error| refused(error.to_string()))?;
     if !(speeds[0] <= SPEEDS_MAX[0] && speeds[1] <= SPEEDS_MAX[1]) {
-        let reason = format!(
-            "the run's path has {} m/s and {} rad/s; use one of at most {} m/s and {} rad/s",
-            readable(speeds[0]),
-            readable(speeds[1]),
-            SPEEDS_MAX[0],
-            SPEEDS_MAX[1]
-        );
-        return Err(refused(reason));
+        let ([speed, turn], [speed_max, turn_max]) = (speeds.map(readable), SPEEDS_MAX);
+        return Err(refused(format!(
+            "the run's path has {speed} m/s and {turn} rad/s; use one of at most {speed_max} m/s and {turn_max} rad/s"
+        )));
     }
     Ok(())
 }

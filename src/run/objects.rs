@@ -35,12 +35,16 @@ pub fn moving_objects(scenario: &Scenario, run: Span, assets: &dyn Assets) -> Re
         let reason = "nothing moves before a target; use scene.file or scene.generator";
         return Err(Error::key("scene.object", format!("{count} objects"), reason));
     }
-    if count > OBJECTS_MAX {
-        let reason = format!("too many; use at most {OBJECTS_MAX}");
-        return Err(Error::key("scene.object", format!("{count} objects"), reason));
-    }
+    check_count(count, "")?;
     let one = |(number, object)| placed_object(scenario, number, object, run, assets);
     section.object.iter().enumerate().map(one).collect()
+}
+
+fn check_count(count: usize, of: &str) -> Result<(), Error> {
+    if count <= OBJECTS_MAX {
+        return Ok(());
+    }
+    Err(Error::key("scene.object", format!("{count} objects"), format!("too many{of}; use at most {OBJECTS_MAX}")))
 }
 
 fn placed_object(
@@ -65,13 +69,8 @@ fn placed_object(
     let keys = keys.motion()?;
     let of_object = |error: Error| error.under(&format!("scene.object.{number}"), "motion");
     let source = keys.source().map_err(of_object)?;
-    let looks_ahead = match source {
-        MotionSource::Sway | MotionSource::Gait(_) | MotionSource::Spin { .. } | MotionSource::ControlPoses(_) => true,
-        MotionSource::Still
-        | MotionSource::Oscillation { .. }
-        | MotionSource::Recording { .. }
-        | MotionSource::ControlFile(_) => false,
-    };
+    use MotionSource::{ControlPoses, Gait, Spin, Sway};
+    let looks_ahead = matches!(source, Sway | Gait(_) | Spin { .. } | ControlPoses(_));
     let found = placed(&keys, scenario.run.frames, run, assets).map_err(of_object)?;
     notes.extend(found.notes.iter().map(|note| format!("{name}: {note}")));
     Ok(PlacedObject { name, parts, motion: found.motion, looks_ahead, notes })
@@ -106,18 +105,17 @@ pub fn lit_objects(
     let first = fixed.scene().moving.len();
     let all: Vec<PlacedObject> = of_file.chain(objects).collect();
     let count: usize = all.iter().map(|object| object.parts.len()).sum();
-    if count > OBJECTS_MAX {
-        let reason = format!("too many with the parts that animations move; use at most {OBJECTS_MAX}");
-        return Err(Error::key("scene.object", format!("{count} objects"), reason));
-    }
+    check_count(count, " with the parts that animations move")?;
     if count > 0 {
-        let note = match fixed.shadows() {
-            Some(_) => {
-                "moving objects shade what stands, but neither themselves nor each other, and send no light back"
+        notes.push(
+            match fixed.shadows() {
+                Some(_) => {
+                    "moving objects shade what stands, but neither themselves nor each other, and send no light back"
+                }
+                None => "moving objects cast no shadow and send no light back",
             }
-            None => "moving objects cast no shadow and send no light back",
-        };
-        notes.push(note.to_owned());
+            .to_owned(),
+        );
     }
     let mut lit = Vec::with_capacity(count);
     for (number, PlacedObject { name, parts, motion, looks_ahead, notes: own }) in all.into_iter().enumerate() {

@@ -5,8 +5,8 @@
 
 use std::sync::Arc;
 
+pub use super::assets::PhotonStore;
 use super::expose::RenderInputs;
-pub use super::photon_store::PhotonStore;
 use super::setup::Setup;
 use crate::error::Error;
 use crate::fidelity::RenderSettings;

@@ -17,7 +17,6 @@ enum When<'a> {
     Bias(f64),
     /// In spans of this lane's beginning and name's beginning.
     In(&'a str, &'a str),
-    /// All the line long.
     Always,
 }
 

@@ -9,7 +9,7 @@ use super::waterfall::waterfall_reasons;
 use super::world::World;
 use crate::config::presets::PresetKind;
 use crate::error::Error;
-use crate::facts::{Fact, ScenarioFacts};
+use crate::facts::{Fact, ScenarioFacts, Tile};
 use crate::num::{f64_from_u64, f64_from_usize, u32_from, u64_from};
 use crate::optics::Camera;
 use crate::pose::TimedPose;
@@ -24,6 +24,16 @@ use crate::report::{NotMeasurable, Report, median, prediction_error_m, trajector
 use crate::scene::{Illuminant, LitScene};
 use crate::tracker::Status;
 use crate::units::{FrameIndex, RowIndex};
+
+/// What the plan cannot say where an effect is left out that nothing bounds.
+const OF_THE_PLAN: [&str; 6] = [
+    "plan.bias_e",
+    "plan.sigma_e",
+    "plan.budget_used",
+    "plan.omitted.bias_e",
+    "plan.omitted.sigma_e",
+    "plan.omitted.budget_share",
+];
 
 impl Session {
     /// The report of all frames so far. `name` is what a person calls the scenario. Fails on before the first frame.
@@ -52,62 +62,53 @@ impl Session {
             warnings: self.final_warnings(),
             ..Report::default()
         };
-        if report.scenario.render_variance_ratio.is_none() {
-            let reason = match *self.setup.world {
-                World::Scene(_) => "one sample a pixel says nothing about its own error".to_owned(),
-                #[cfg(feature = "pictures")]
-                World::Images(_) => {
-                    "pictures are integrated without chance, and their own noise is not known".to_owned()
-                }
-            };
-            report.not_measurable.insert("scenario.render_variance_ratio".to_owned(), reason);
-        }
-        if report.plan.facts.iter().any(|fact| fact.greatest.is_none()) {
-            let reason = "a fact that nothing bounds; its words say why".to_owned();
-            report.not_measurable.insert("plan.facts.greatest".to_owned(), reason);
-        }
-        if report.plan.bias_e.is_none() || report.plan.budget_used.is_none() {
-            let reason = "an effect is left out that nothing bounds";
-            for figure in ["bias_e", "sigma_e", "budget_used"] {
-                report.not_measurable.insert(format!("plan.{figure}"), reason.to_owned());
-            }
-            for figure in ["bias_e", "sigma_e", "budget_share"] {
-                report.not_measurable.insert(format!("plan.omitted.{figure}"), reason.to_owned());
-            }
-        }
-        if report.bandwidth.reduction.is_none() {
-            let reason = if self.setup.sensor.link.mode.sends_features() {
-                "no feature was found, so that none was sent".to_owned()
-            } else {
-                "link.mode = frames sends no features".to_owned()
-            };
-            report.not_measurable.insert("bandwidth.reduction".to_owned(), reason);
-        }
-        if !self.setup.sensor.link.mode.sends_features() {
-            for path in ["timing.feature_latency_us", "link.feature_latency_us"] {
-                report.not_measurable.insert(path.to_owned(), "features are not sent".to_owned());
-            }
-        }
-        let absent = [
-            ("timing.first_feature_us", report.timing.first_feature_us.is_none(), "no feature left the extractor"),
-            ("timing.extractor", report.timing.extractor.is_none(), "the sensor extracts nothing"),
-            ("timing.last_feature_us", report.timing.last_feature_us.is_none(), "no feature left the extractor"),
-            ("features.threshold", report.features.threshold.is_none(), "the sensor extracts nothing"),
-        ];
-        for (key, _, reason) in absent.into_iter().filter(|(_, is_absent, _)| *is_absent) {
-            report.not_measurable.insert(key.to_owned(), reason.to_owned());
-        }
-        report.not_measurable.append(&mut waterfall_reasons(&report.timing.waterfall, "timing."));
-        if report.timing.extractor.as_ref().is_some_and(|clocks| clocks.queue_most.is_none()) {
-            let reason = "the hardware's twin does not count its queue; use run.rung = sampled";
-            report.not_measurable.insert("timing.extractor.queue_most".to_owned(), reason.to_owned());
-        }
+        self.set_absent(&mut report);
         self.set_costs(&mut report);
         self.set_tracking(&mut report);
         report.alternatives = setup.sensor.alternatives(&self.counted(report.tracking.ate_m))?;
         let reasons = report.alternatives.reasons();
         report.not_measurable.extend(reasons.into_iter().map(|(path, why)| (path.to_owned(), why.to_owned())));
         Ok(report)
+    }
+
+    /// Why figures of scenario, plan, timing, bandwidth and features are absent.
+    fn set_absent(&self, report: &mut Report) {
+        let (plan, timing) = (&report.plan, &report.timing);
+        let sends_features = self.setup.sensor.link.mode.sends_features();
+        let render = match *self.setup.world {
+            World::Scene(_) => "one sample a pixel says nothing about its own error",
+            #[cfg(feature = "pictures")]
+            World::Images(_) => "pictures are integrated without chance, and their own noise is not known",
+        };
+        let reduction = if sends_features {
+            "no feature was found, so that none was sent"
+        } else {
+            "link.mode = frames sends no features"
+        };
+        let queue = "the hardware's twin does not count its queue; use run.rung = sampled";
+        let has_no_queue = timing.extractor.as_ref().is_some_and(|clocks| clocks.queue_most.is_none());
+        let is_unbounded = plan.bias_e.is_none() || plan.budget_used.is_none();
+        let mut absent = vec![
+            ("scenario.render_variance_ratio", report.scenario.render_variance_ratio.is_none(), render),
+            (
+                "plan.facts.greatest",
+                plan.facts.iter().any(|fact| fact.greatest.is_none()),
+                "a fact that nothing bounds; its words say why",
+            ),
+            ("bandwidth.reduction", report.bandwidth.reduction.is_none(), reduction),
+            ("timing.feature_latency_us", !sends_features, "features are not sent"),
+            ("link.feature_latency_us", !sends_features, "features are not sent"),
+            ("timing.first_feature_us", timing.first_feature_us.is_none(), "no feature left the extractor"),
+            ("timing.last_feature_us", timing.last_feature_us.is_none(), "no feature left the extractor"),
+            ("timing.extractor", timing.extractor.is_none(), "the sensor extracts nothing"),
+            ("timing.extractor.queue_most", has_no_queue, queue),
+            ("features.threshold", report.features.threshold.is_none(), "the sensor extracts nothing"),
+        ];
+        absent.extend(OF_THE_PLAN.map(|key| (key, is_unbounded, "an effect is left out that nothing bounds")));
+        let absent = absent.into_iter().filter(|(_, is_absent, _)| *is_absent);
+        let reasons = absent.map(|(key, _, reason)| (key.to_owned(), reason.to_owned()));
+        let waterfall = waterfall_reasons(&timing.waterfall, "timing.");
+        report.not_measurable.extend(reasons.chain(waterfall));
     }
 
     fn counted(&self, ate_m: Option<f64>) -> Counted<'_> {
@@ -124,12 +125,9 @@ impl Session {
         let setup = &self.setup;
         let source = &setup.resolved.scenario;
         let truth = self.truth();
-        let step_m = |pair: &[TimedPose]| {
-            (pair[1].world_from_body.translation_m - pair[0].world_from_body.translation_m).length()
-        };
         let mut path_m = 0.0;
         for pair in truth.windows(2) {
-            path_m += step_m(pair);
+            path_m += (pair[1].world_from_body.translation_m - pair[0].world_from_body.translation_m).length();
         }
         let scene = &source.scene;
         let named = scene.file.as_ref().or(scene.generator.as_ref()).or(scene.target.as_ref());
@@ -392,6 +390,7 @@ pub fn plan_record(plan: &PlanSummary, facts: &ScenarioFacts, accuracy: f64) -> 
         greatest: bounded(fact.greatest),
         how: fact.how.clone(),
     };
+    let tile = |tile: &Tile| TileRecord { columns: tile.columns, rows: tile.rows, signal_e: tile.signal_e };
     PlanRecord {
         kept: plan.kept.iter().map(|effect| effect.name.to_owned()).collect(),
         kept_reasons: plan.kept.iter().map(|effect| (effect.name, effect.reason.clone())).collect(),
@@ -406,10 +405,6 @@ pub fn plan_record(plan: &PlanSummary, facts: &ScenarioFacts, accuracy: f64) -> 
         cost_of_none_ns_per_px: plan.cost_of_none_ns_per_px,
         sensor_ms_per_frame: plan.sensor_ms_per_frame,
         facts: facts.facts.iter().map(fact).collect(),
-        tiles: facts
-            .tiles
-            .iter()
-            .map(|tile| TileRecord { columns: tile.columns, rows: tile.rows, signal_e: tile.signal_e })
-            .collect(),
+        tiles: facts.tiles.iter().map(tile).collect(),
     }
 }

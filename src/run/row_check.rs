@@ -34,11 +34,8 @@ impl RowCheck {
             Rung::Sampled => (Rung::Clocked, None),
             Rung::Clocked => {
                 let simulator = assets.rtl_simulator().map_err(|error| {
-                    Error::key(
-                        "--check-every",
-                        every,
-                        format!("the rung above clocked is rtl: {error}; without it, sampled"),
-                    )
+                    let reason = format!("the rung above clocked is rtl: {error}; without it, sampled");
+                    Error::key("--check-every", every, reason)
                 })?;
                 (Rung::Rtl, Some(SharedRtlSimulator::new(simulator)))
             }

@@ -107,8 +107,7 @@ impl SensorSetup {
 
     /// How readings become one with the exposures of this schedule.
     pub fn merge_of(&self, schedule: &Schedule) -> Option<HdrMerge> {
-        let merge = self.merge.as_ref()?;
-        Some(if schedule.slots().len() > 1 { merge.with_sensitivities(&exposures(schedule)) } else { merge.clone() })
+        self.merge.clone().map(|merge| with_exposures(merge, schedule))
     }
 
     /// Everything between photons and codes at a gain of the ramp, with the effects of these names in the first and in the second
@@ -167,12 +166,7 @@ impl SensorSetup {
         let technology = resolved.technology()?;
         let mosaic = whole.starting_at(window.x_px, window.y_px);
         let black = scenario.black_rows()?;
-        let merge =
-            merge.map(
-                |merge| {
-                    if schedule.slots().len() > 1 { merge.with_sensitivities(&exposures(&schedule)) } else { merge }
-                },
-            );
+        let merge = merge.map(|merge| with_exposures(merge, &schedule));
         let bit_error_rate = scenario.bit_error_rate()?;
         let design = Design::new(
             scenario.energy_params()?,
@@ -224,9 +218,10 @@ fn effects_named(parameters: &Parameters, names: &[&str]) -> Vec<Box<dyn Effect>
     built
 }
 
-/// Exposures of a frame's slots in clocks, the longest first.
-fn exposures(schedule: &Schedule) -> Vec<f64> {
-    (0..schedule.slots().len()).map(|slot| f64_from_u64(schedule.exposure_clk(slot).0)).collect()
+/// Weighs readings by the exposures of a frame's slots, where there are several.
+fn with_exposures(merge: HdrMerge, schedule: &Schedule) -> HdrMerge {
+    let exposures = (0..schedule.slots().len()).map(|slot| f64_from_u64(schedule.exposure_clk(slot).0));
+    if exposures.len() > 1 { merge.with_sensitivities(&exposures.collect::<Vec<_>>()) } else { merge }
 }
 
 /// The pixel at its lower conversion gain. A lateral overflow capacitor adds what it holds to the well; it is reset before the

@@ -7,12 +7,11 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
-use super::assets::{Assets, NoFiles, NoProgress, Progress};
+use super::assets::{Assets, NoFiles, NoProgress, PhotonStore, Progress};
 use super::exposure::ExposureControl;
 use super::facts::FactInputs;
 use super::imu_check::check_readings;
 use super::motion::placed_motion;
-use super::photon_store::PhotonStore;
 pub use super::plan_summary::PlanSummary;
 use super::sensor::SensorSetup;
 use super::warnings::Warnings;
@@ -34,7 +33,7 @@ use crate::readout::{Geometry, Schedule, Shutter};
 use crate::rtl_simulator::SharedRtlSimulator;
 use crate::scene::motion::Motion;
 use crate::scene::motion::imu::Imu;
-use crate::tracker::{CameraCalibration, TrackerParams};
+use crate::tracker::{CameraCalibration, Tracker, TrackerParams};
 
 /// Everything a run needs.
 #[derive(Clone)]
@@ -69,8 +68,8 @@ pub struct Setup {
     pub facts: ScenarioFacts,
     /// What the planner decided.
     pub plan: PlanSummary,
-    /// Names of the effects that run, in the first reading and in the second.
-    chosen: [Vec<&'static str>; 2],
+    /// The effects that run.
+    chosen: ChosenEffects,
     /// The tracker's knobs.
     pub tracker: TrackerParams,
     /// What runs the Verilog, on the rung `rtl`.
@@ -85,18 +84,13 @@ impl Setup {
     /// Checks the whole scenario and bakes (or loads) its light.
     pub fn new(mut resolved: Resolved, assets: &dyn Assets, progress: &dyn Progress) -> Result<Self, Error> {
         resolved.read_technology(&|name| assets.read(name))?;
-        let sensor = SensorSetup::new(&resolved)?;
-        let tree = resolved.tree.clone();
-        Self::build(resolved, sensor, assets, progress, None).map_err(|error| tree.locate(error))
+        Self::located(resolved, assets, progress, None)
     }
 
     /// The same world and run under another configuration of sensor, effects and knobs of accuracy: nothing is lit or read again. Scene,
     /// motion, rig and number of frames must be this one's.
     pub fn again(&self, resolved: Resolved) -> Result<Self, Error> {
-        let sensor = SensorSetup::new(&resolved)?;
-        let tree = resolved.tree.clone();
-        Self::build(resolved, sensor, &NoFiles, &NoProgress, Some(TakenOver { setup: self, is_compared: false }))
-            .map_err(|error| tree.locate(error))
+        Self::located(resolved, &NoFiles, &NoProgress, Some(TakenOver { setup: self, is_compared: false }))
     }
 
     /// Another configuration, which takes over what it has in common with this one: the motion where `[motion]`, `[rig]` and the run's
@@ -104,19 +98,26 @@ impl Setup {
     /// lenses and pixels. The bytes are those of `new`.
     pub fn beside(&self, mut resolved: Resolved, assets: &dyn Assets, progress: &dyn Progress) -> Result<Self, Error> {
         resolved.read_technology(&|name| assets.read(name))?;
-        let sensor = SensorSetup::new(&resolved)?;
-        let tree = resolved.tree.clone();
-        let kept = Some(TakenOver { setup: self, is_compared: true });
-        Self::build(resolved, sensor, assets, progress, kept).map_err(|error| tree.locate(error))
+        Self::located(resolved, assets, progress, Some(TakenOver { setup: self, is_compared: true }))
     }
 
-    fn build(
+    fn located(
         resolved: Resolved,
-        sensor: SensorSetup,
         assets: &dyn Assets,
         progress: &dyn Progress,
         taken: Option<TakenOver<'_>>,
     ) -> Result<Self, Error> {
+        let tree = resolved.tree.clone();
+        Self::build(resolved, assets, progress, taken).map_err(|error| tree.locate(error))
+    }
+
+    fn build(
+        resolved: Resolved,
+        assets: &dyn Assets,
+        progress: &dyn Progress,
+        taken: Option<TakenOver<'_>>,
+    ) -> Result<Self, Error> {
+        let sensor = SensorSetup::new(&resolved)?;
         let kept = taken.as_ref().map(|taken| taken.setup);
         let scenario = &resolved.scenario;
         let (fidelity, frames) = (scenario.fidelity()?, scenario.frames()?);
@@ -133,10 +134,9 @@ impl Setup {
             (_, kept) => kept,
         };
         let uses_imu = scenario.tracker_uses_imu(imu.is_some())?;
-        let end_s = span_of_run(&sensor, cameras.len(), frames).end_s;
-        check_end(&sensor, frames, end_s)?;
-        check_readings(imu.as_ref(), end_s)?;
         let run_span = span_of_run(&sensor, cameras.len(), frames);
+        check_end(&sensor, frames, run_span.end_s)?;
+        check_readings(imu.as_ref(), run_span.end_s)?;
         let (motion, motion_notes) = match taken.as_ref().and_then(|taken| taken.motion_for(scenario, run_span)) {
             Some(kept) => (kept.motion.clone(), kept.motion_notes.clone()),
             None => placed_motion(scenario, run_span, assets).map(|placed| (placed.motion, placed.notes))?,
@@ -156,7 +156,7 @@ impl Setup {
 
         let (run, dies) = (span_of(frames), dies(&sensor, scenario, windows.len()));
         let known = FactInputs { sensor: &sensor, world: &world, motion: &motion, windows: &windows, run, dies };
-        let Planned { facts, plan: summary, chosen } = planned(&known, fidelity, &choice)?;
+        let (facts, plan, chosen) = planned(&known, fidelity, &choice)?;
         let mut setup = Self {
             resolved,
             fidelity,
@@ -172,7 +172,7 @@ impl Setup {
             windows,
             exposure,
             facts,
-            plan: summary,
+            plan,
             chosen,
             tracker,
             verilog,
@@ -194,8 +194,8 @@ impl Setup {
         let (sensor, world, motion, windows) = (&self.sensor, &self.world, &self.motion, &self.windows[..]);
         let choice = self.resolved.scenario.effects(&effects::names())?;
         let dies = dies(sensor, &self.resolved.scenario, windows.len());
-        let planned = planned(&FactInputs { sensor, world, motion, windows, run, dies }, self.fidelity, &choice)?;
-        Ok((planned.facts, planned.plan))
+        planned(&FactInputs { sensor, world, motion, windows, run, dies }, self.fidelity, &choice)
+            .map(|(facts, plan, _)| (facts, plan))
     }
 
     /// Photons to codes, at a gain of the ramp.
@@ -215,12 +215,12 @@ impl Setup {
 
     /// Camera calibrations for the tracker.
     pub fn calibration(&self) -> Vec<CameraCalibration> {
-        let of = |camera: &Camera| CameraCalibration {
-            lens: camera.lens,
-            size: camera.size,
-            body_from_camera: camera.body_from_camera,
-        };
-        self.cameras.iter().map(of).collect()
+        calibrations(&self.cameras)
+    }
+
+    /// A tracker of the cameras alone. Fails on a calibration that it refuses.
+    pub(super) fn camera_tracker(&self) -> Result<Tracker, Error> {
+        Tracker::new(self.calibration(), self.tracker).map_err(|error| self.resolved.tree.locate(error))
     }
 
     /// When the last exposure of the run ends.
@@ -284,15 +284,15 @@ impl<'a> TakenOver<'a> {
     }
 }
 
-/// Facts, the plan's summary, and the names of the effects that run in both readings.
-struct Planned {
-    facts: ScenarioFacts,
-    plan: PlanSummary,
-    chosen: [Vec<&'static str>; 2],
-}
+/// Names of effects in the first reading and in the second.
+type ChosenEffects = [Vec<&'static str>; 2];
 
-/// Decides from what is known; renders nothing.
-fn planned(known: &FactInputs<'_>, fidelity: Fidelity, choice: &EffectChoice) -> Result<Planned, Error> {
+/// Facts, the plan's summary, and the effects that run, from what is known; renders nothing.
+fn planned(
+    known: &FactInputs<'_>,
+    fidelity: Fidelity,
+    choice: &EffectChoice,
+) -> Result<(ScenarioFacts, PlanSummary, ChosenEffects), Error> {
     let sensor = known.sensor;
     let exposures_s = exposure_bounds_s(&sensor.schedule);
     let exact = known.world.photon_bounds(known.windows, exposures_s);
@@ -310,7 +310,7 @@ fn planned(known: &FactInputs<'_>, fidelity: Fidelity, choice: &EffectChoice) ->
     let chosen = [names(&plan), chosen_second];
     let signal_e = [light.photons_min, light.photons_max].map(|photons| photons * sensor.electrons_per_photon());
     let facts = known.facts(light, exposures_s)?;
-    Ok(Planned { facts, plan: PlanSummary::new(plan, signal_e, sensor, known.windows.len()), chosen })
+    Ok((facts, PlanSummary::new(plan, signal_e, sensor, known.windows.len()), chosen))
 }
 
 /// How far the rig's dies lie from the mean of all dies.
@@ -400,6 +400,15 @@ pub(super) fn cameras(resolved: &Resolved, sensor: &SensorSetup) -> Result<(Vec<
     let windows: Result<Vec<Camera>, Error> =
         all(window_lens, read)?.into_iter().map(|window| scenario.fitted(window)).collect();
     Ok((all(picture_lens, sensor.size)?, windows?))
+}
+
+/// What the tracker knows of cameras.
+pub(super) fn calibrations(cameras: &[Camera]) -> Vec<CameraCalibration> {
+    let of = |camera: &Camera| {
+        let Camera { lens, size, body_from_camera, .. } = *camera;
+        CameraCalibration { lens, size, body_from_camera }
+    };
+    cameras.iter().map(of).collect()
 }
 
 /// Place in the array of the picture's first pixel: the middle of the pixels that it is made of, and, behind colour filters, the mean

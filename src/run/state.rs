@@ -94,7 +94,6 @@ pub struct Session {
     /// Whether frames carry electrons, and those of the frame in progress, one entry a camera.
     pub(super) electrons_kept: bool,
     pub(super) electrons: Vec<Option<Plane<f32>>>,
-    /// Whether photons and codes enter the run's hashes.
     pub(super) hashes_pictures: bool,
     pub(super) notes: Vec<FrameNotes>,
     pub(super) totals: Totals,

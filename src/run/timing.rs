@@ -4,6 +4,7 @@
 //! before it is on the link: with lanes a line memory stands between them, so a row's packet follows its conversion by one line
 //! more.
 
+use super::on_link::LinkTimes;
 use super::sensor::SensorSetup;
 use crate::adc::AdcParams;
 use crate::error::Error;
@@ -12,7 +13,7 @@ use crate::num::{f64_from_u64, f64_from_usize, greater, index, u64_from};
 use crate::readout::{ClockSpan, Pulses, Schedule};
 use crate::report::record::{Phase, Timing};
 use crate::report::timing_diagram::{BandKind, LineBudget, RowBand, TimingDiagram};
-use crate::units::{Clocks, FrameIndex, RowIndex};
+use crate::units::{Clocks, FrameIndex, RowIndex, Size, Span};
 
 /// Share of the time from row to row in which a row's packet holds the link; 0 where rows are not sent. Fails on a row that its link
 /// cannot carry.
@@ -58,23 +59,18 @@ pub fn timing_diagram(sensor: &SensorSetup, features: u64, name: &str) -> Result
         slack_us: clock_us * f64_from_u64(spare_clk(demand.needed_clk)),
         limits: demand.kind == limit,
     });
-    let size = schedule.output_size();
+    let Size { width_px, height_px } = schedule.output_size();
+    let (bits, shutter) = (sensor.bits(), schedule.shutter().name());
     Ok(TimingDiagram {
         name: name.to_owned(),
-        mode: format!(
-            "{} x {}, {} bit, {} shutter",
-            size.width_px,
-            size.height_px,
-            sensor.bits(),
-            schedule.shutter().name()
-        ),
+        mode: format!("{width_px} x {height_px}, {bits} bit, {shutter} shutter"),
         hts: schedule.line_clk().0,
         vts: schedule.vts(),
         pixel_rate_hz: schedule.pixel_rate_hz(),
         budgets: budgets.collect(),
         bands: bands(schedule),
         lanes: frame_lanes(sensor, features)?,
-        rows: size.height_px,
+        rows: height_px,
         rows_lines: schedule.frame_demand().rows,
         exposure_lines: schedule.exposure_lines(),
         exposure_lines_max: schedule.exposure_lines_max(),
@@ -205,20 +201,34 @@ fn frame_phases(sensor: &SensorSetup, features: u64) -> Result<Vec<Phase>, Error
     phases.push(phase("sensor", "readout".to_owned(), first.start_s, last.end_s));
     phases.push(phase("sensor", "blanking".to_owned(), last.end_s, next.start_s));
     let times = sensor.link_times(features)?;
-    let read_s = last.end_s + memory_s(schedule) + times.stalled_s;
-    let rows_end_s = read_s + packet_s(sensor)?;
     if let Some(last_s) = times.last_feature_s {
         let from_s = first.end_s + memory_s(schedule);
         phases.push(phase("extractor", "features".to_owned(), from_s, from_s + times.stalled_s + last_s));
     }
-    if sensor.link.mode.sends_codes() {
-        phases.push(phase("link", "rows".to_owned(), first.end_s + memory_s(schedule), rows_end_s));
-    }
-    if sensor.link.mode.sends_features() {
-        let from_s = times.features_from_s.map_or(rows_end_s, |from_s| greater(rows_end_s, read_s + from_s));
-        phases.push(phase("link", "features".to_owned(), from_s, read_s + times.tail_s));
+    for (name, span) in link_spans(sensor, &times, (first, last))? {
+        phases.push(phase("link", name.to_owned(), span.start_s, span.end_s));
     }
     Ok(phases)
+}
+
+/// When rows and features are on the link in a frame whose first and last rows are read in these spans.
+fn link_spans(
+    sensor: &SensorSetup,
+    times: &LinkTimes,
+    (first, last): (Span, Span),
+) -> Result<Vec<(&'static str, Span)>, Error> {
+    let memory_s = memory_s(&sensor.schedule);
+    let read_s = last.end_s + memory_s + times.stalled_s;
+    let rows_end_s = read_s + packet_s(sensor)?;
+    let mut spans = Vec::new();
+    if sensor.link.mode.sends_codes() {
+        spans.push(("rows", Span { start_s: first.end_s + memory_s, end_s: rows_end_s }));
+    }
+    if sensor.link.mode.sends_features() {
+        let start_s = times.features_from_s.map_or(rows_end_s, |from_s| greater(rows_end_s, read_s + from_s));
+        spans.push(("features", Span { start_s, end_s: read_s + times.tail_s }));
+    }
+    Ok(spans)
 }
 
 /// First clock of the second frame in run time: zero of the picture of two frames.
@@ -242,14 +252,8 @@ fn frame_lanes(sensor: &SensorSetup, features: u64) -> Result<Vec<Phase>, Error>
         let last = schedule.slot_readout(frame, schedule.slots().len() - 1, schedule.last_row());
         push("readout", "rows", first.start_s, last.end_s);
         push("readout", "blanking", last.end_s, schedule.readout(FrameIndex(frame.0 + 1), RowIndex(0)).start_s);
-        let read_s = last.end_s + memory_s(schedule) + times.stalled_s;
-        let rows_end_s = read_s + packet_s(sensor)?;
-        if sensor.link.mode.sends_codes() {
-            push("link", "rows", first.end_s + memory_s(schedule), rows_end_s);
-        }
-        if sensor.link.mode.sends_features() {
-            let from_s = times.features_from_s.map_or(rows_end_s, |from_s| greater(rows_end_s, read_s + from_s));
-            push("link", "features", from_s, read_s + times.tail_s);
+        for (name, span) in link_spans(sensor, &times, (first, last))? {
+            push("link", name, span.start_s, span.end_s);
         }
     }
     Ok(lanes)
@@ -262,17 +266,12 @@ fn bands(schedule: &Schedule) -> Vec<RowBand> {
     for frame in 0..3 {
         for slot in 0..schedule.slots().len() {
             let frame = FrameIndex(frame);
-            let of = |row, is_readout| {
-                let span = if is_readout {
-                    schedule.slot_readout(frame, slot, row)
-                } else {
-                    schedule.slot_exposure(frame, slot, row)
-                };
-                [1e6 * (span.start_s - zero_s), 1e6 * (span.end_s - zero_s)]
-            };
-            for kind in [BandKind::Exposure { slot }, BandKind::Readout] {
-                let is_readout = kind == BandKind::Readout;
-                let (first_us, last_us) = (of(RowIndex(0), is_readout), of(schedule.last_row(), is_readout));
+            let us = |span: Span| [1e6 * (span.start_s - zero_s), 1e6 * (span.end_s - zero_s)];
+            let rows = [RowIndex(0), schedule.last_row()];
+            let exposures = rows.map(|row| us(schedule.slot_exposure(frame, slot, row)));
+            let readouts = rows.map(|row| us(schedule.slot_readout(frame, slot, row)));
+            for (kind, [first_us, last_us]) in [(BandKind::Exposure { slot }, exposures), (BandKind::Readout, readouts)]
+            {
                 bands.push(RowBand { kind, frame: frame.0, first_us, last_us });
             }
         }

@@ -14,7 +14,6 @@ use crate::units::FrameIndex;
 pub(super) struct Alone {
     pub(super) tracker: Tracker,
     pub(super) poses: Vec<(Option<Pose>, f64)>,
-    /// Time that it took.
     pub(super) seconds: f64,
 }
 
@@ -45,22 +44,17 @@ pub(super) struct FrameNotes {
     pub latency_us: f64,
 }
 
-/// What the links of a run did.
 #[derive(Default)]
 pub(super) struct LinkTotals {
     /// What the host's decoder saw.
     pub counts: LinkCounts,
-    /// What was sent.
     pub traffic: Traffic,
-    /// Bits flipped on the way.
     pub bits_flipped: u64,
-    /// Frames that carried rows.
     pub frames_with_rows: u64,
     /// Rows for which a readout stood still.
     pub rows_stalled: u64,
     /// For how long.
     pub stalled_s: f64,
-    /// Most rows in a FIFO at once.
     pub fifo_rows_most: u32,
     /// Longest time from a last row to the last feature byte behind it; none where features are not sent.
     pub feature_latency_s: Option<f64>,

@@ -32,7 +32,6 @@ pub struct PacketTime {
     pub last_bit_s: f64,
 }
 
-/// Steps that follow each other.
 struct Steps {
     zero_s: f64,
     now_s: f64,
@@ -42,6 +41,19 @@ struct Steps {
 impl Steps {
     fn new(zero_s: f64) -> Self {
         Self { zero_s, now_s: zero_s, steps: Vec::new() }
+    }
+
+    /// From the exposure to the end of the column memory of a row that is read so much later than scheduled; when that is.
+    fn until_memory(&mut self, (sensor, sent): (&SensorSetup, &SentFrame), row: RowIndex, late_s: f64) -> f64 {
+        let SentFrame { schedule, frame, .. } = sent;
+        let slot = schedule.slots().len() - 1;
+        let (exposure, readout) = (schedule.slot_exposure(*frame, slot, row), schedule.slot_readout(*frame, slot, row));
+        self.until("exposure", exposure.end_s, None);
+        self.until("wait for the row", readout.start_s + late_s, None);
+        self.until("conversion", readout.end_s + late_s, Some(sensor.line_slack_s()));
+        let read_s = readout.end_s + late_s + memory_s(schedule);
+        self.until("column memory", read_s, None);
+        read_s
     }
 
     /// Adds a step until a time; one that has passed already takes no time and is left out.
@@ -103,15 +115,10 @@ impl SensorSetup {
 
     fn frame_steps(&self, sent: &SentFrame, features: u64) -> Vec<LatencyStep> {
         let SentFrame { flow, schedule, frame, out_clk } = sent;
-        let (slot, row, period_s) = (schedule.slots().len() - 1, schedule.last_row(), schedule.frame_time_s());
-        let (exposure, readout) = (schedule.slot_exposure(*frame, slot, row), schedule.slot_readout(*frame, slot, row));
+        let period_s = schedule.frame_time_s();
         let stalled_s = self.link.seconds(flow.stalled);
         let mut steps = Steps::new(schedule.t_frame(*frame));
-        steps.until("exposure", exposure.end_s, None);
-        steps.until("wait for the row", readout.start_s + stalled_s, None);
-        steps.until("conversion", readout.end_s + stalled_s, Some(self.line_slack_s()));
-        let read_s = readout.end_s + stalled_s + memory_s(schedule);
-        steps.until("column memory", read_s, None);
+        let read_s = steps.until_memory((self, sent), schedule.last_row(), stalled_s);
         let ready = self.features_ready(out_clk);
         if let Some(last) = ready.last() {
             let behind = (self.whole(flow, *last).0).saturating_sub(flow.rows_end.0);
@@ -156,18 +163,14 @@ impl SensorSetup {
         let (Some(first), Some(packet)) = (self.features_ready(&out_clk[..out_clk.len().min(1)]).pop(), packet) else {
             return Vec::new();
         };
-        let (slot, row) = (schedule.slots().len() - 1, RowIndex(first.row));
-        let (exposure, readout) = (schedule.slot_exposure(*frame, slot, row), schedule.slot_readout(*frame, slot, row));
+        let row = RowIndex(first.row);
         // Rows before this one may have waited for the link.
         let from_schedule = flow.lead.0 + self.row_period().clocks(first.row.into()).0;
         let read = flow.row_read.get(index(first.row)).map_or(from_schedule, |read| read.0);
         let late_s = self.link.seconds(Clocks(read.saturating_sub(from_schedule)));
+        let exposure = schedule.slot_exposure(*frame, schedule.slots().len() - 1, row);
         let mut steps = Steps::new(0.5 * (exposure.start_s + exposure.end_s));
-        steps.until("exposure", exposure.end_s, None);
-        steps.until("wait for the row", readout.start_s + late_s, None);
-        steps.until("conversion", readout.end_s + late_s, Some(self.line_slack_s()));
-        let read_s = readout.end_s + late_s + memory_s(schedule);
-        steps.until("column memory", read_s, None);
+        let read_s = steps.until_memory((self, sent), row, late_s);
         steps.until("extractor", read_s + self.link.seconds(first.after), None);
         let arrives_s = read_s + self.link.seconds(Clocks(packet.data_end.0.saturating_sub(read)));
         steps.until("link", arrives_s, None);

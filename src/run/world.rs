@@ -96,11 +96,7 @@ impl World {
 
     /// The geometry under its light, where there is geometry.
     pub fn scene(&self) -> Option<&LitScene> {
-        match self {
-            Self::Scene(scene) => Some(&scene.fixed),
-            #[cfg(feature = "pictures")]
-            Self::Images(_) => None,
-        }
+        self.dynamic_scene().map(|scene| scene.fixed)
     }
 
     /// The same with what moves through it.

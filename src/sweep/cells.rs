@@ -123,10 +123,14 @@ impl Cells {
 }
 
 impl Cell {
+    /// What each factor is, in words.
+    pub fn levels(&self, factors: &[String]) -> Vec<String> {
+        factors.iter().zip(&self.shown).map(|(name, value)| format!("{name} = {}", shown(value))).collect()
+    }
+
     /// Its factors and replicates in words.
     pub fn described(&self, factors: &[String]) -> String {
-        let mut parts: Vec<String> =
-            factors.iter().zip(&self.shown).map(|(name, value)| format!("{name} = {}", shown(value))).collect();
+        let mut parts = self.levels(factors);
         parts.extend(self.trajectory.iter().map(|name| format!("trajectory = {name}")));
         parts.extend(self.seed.iter().map(|seed| format!("seed = {seed}")));
         parts.extend(self.die.iter().map(|die| format!("die = {die}")));

@@ -198,18 +198,12 @@ impl SweepFile {
                 return Err(Error::key("cell", "", "the list is empty; write at least one [[cell]] with name and set"));
             }
             if let Some(factor) = self.factor.first() {
-                return Err(Error::key(
-                    "factor",
-                    &factor.name,
-                    "a list has no factors; write [[cell]] tables, or use grid",
-                ));
+                let reason = "a list has no factors; write [[cell]] tables, or use grid";
+                return Err(Error::key("factor", &factor.name, reason));
             }
         } else if self.factor.is_empty() {
-            return Err(Error::key(
-                "factor",
-                "",
-                "nothing is varied; write at least one [[factor]] with name, key and values",
-            ));
+            let reason = "nothing is varied; write at least one [[factor]] with name, key and values";
+            return Err(Error::key("factor", "", reason));
         } else if let Some(cell) = self.cell.first() {
             return Err(Error::key("cell", &cell.name, "only method = \"list\" has cells"));
         }
@@ -271,10 +265,9 @@ impl Factor {
         }
         if !self.is_range() {
             let stray = [("steps", self.steps.is_some()), ("whole", self.whole), ("spacing", self.spacing != "linear")];
-            return match stray.into_iter().find(|(_, is_given)| *is_given) {
-                Some((key, _)) => refused(key, String::new(), "belongs to a range; give low and high"),
-                None => Ok(()),
-            };
+            let stray = stray.into_iter().find(|(_, is_given)| *is_given);
+            return stray
+                .map_or(Ok(()), |(key, _)| refused(key, String::new(), "belongs to a range; give low and high"));
         }
         let (Some(low), Some(high)) = (self.low, self.high) else {
             return refused("low", String::new(), "a range needs low and high");

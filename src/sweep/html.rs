@@ -1,12 +1,12 @@
 //! The page of a gathered sweep: one file, no network; its table is sorted and filtered by a few lines of script.
 
 use super::digits::digits;
-use super::interaction::{Interaction, LevelMeans};
+use super::interaction::{Interaction, LevelMeans, with_ends};
 use super::picture;
-use super::record::unit_of;
+use super::record::label;
 use super::statistics::MeanEstimate;
 use super::table::{Role, Table};
-use super::verdicts::{FactorEffect, FigureReport, FrontPoint, LevelDifference, PointVerdict, cells};
+use super::verdicts::{FactorEffect, FigureReport, FrontPoint, LevelDifference, PointVerdict};
 use crate::report::chart::{self, Axes, Ink, SeriesShape, chart};
 use crate::report::escape::escaped;
 
@@ -28,7 +28,7 @@ pub(super) fn page(
     let mut body = format!(
         "<header><h1>{title}</h1><p>{} finished cells. Intervals are 95 % intervals of the mean over all cells of a level (Student's t); \
          they count cells as independent. All numbers stand in cells.parquet.</p></header><main>",
-        cells(table)
+        table.rows
     );
     body.push_str(&verdict_section(verdicts));
     for picture in pictures {
@@ -59,13 +59,6 @@ fn estimate(value: &MeanEstimate) -> String {
         digits(value.mean),
         value.count
     )
-}
-
-fn label(figure: &str) -> String {
-    match unit_of(figure) {
-        "1" => figure.to_owned(),
-        unit => format!("{figure} [{unit}]"),
-    }
 }
 
 fn verdict_section(verdicts: &[PointVerdict]) -> String {
@@ -121,8 +114,7 @@ fn picture_section(interaction: &Interaction) -> String {
 
 /// A mean with its interval in one cell.
 fn ends_cell(value: &MeanEstimate) -> String {
-    let ends = value.interval.map_or_else(String::new, |[low, high]| format!(" ({} to {})", digits(low), digits(high)));
-    format!("<td class=\"n\">{}{ends}</td>", digits(value.mean))
+    format!("<td class=\"n\">{}</td>", with_ends(value))
 }
 
 fn figure_section(report: &FigureReport) -> String {
@@ -145,7 +137,7 @@ fn effect_part(effect: &FactorEffect, figure: &str) -> String {
         escaped(&effect.factor)
     );
     let points: Option<Vec<(f64, &MeanEstimate)>> =
-        effect.levels.iter().map(|(_, place, value)| Some((((*place)?), value))).collect();
+        effect.levels.iter().map(|(_, place, value)| Some(((*place)?, value))).collect();
     let picture = points.map_or_else(String::new, |points| {
         let means = points.iter().map(|(x, value)| (*x, value.mean)).collect();
         let bars = points

@@ -1,15 +1,12 @@
 //! A figure by the levels of one factor, apart for the levels of another: means, and ratios between paired cells, with their intervals.
 
-use std::collections::BTreeMap;
-
 use super::digits::digits;
 use super::file::PictureWish;
-use super::levels::{Levels, figures, levels, rest_of};
-use super::record::unit_of;
+use super::levels::{Levels, by_rest, figures, levels};
+use super::record::label;
 use super::statistics::MeanEstimate;
 use super::table::{Role, Table};
 use crate::error::Error;
-use crate::num::f64_from_usize;
 
 /// One picture and table of a report.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,10 +84,7 @@ impl Interaction {
 
     /// The figure with its unit.
     pub fn label(&self) -> String {
-        match unit_of(&self.figure) {
-            "1" => self.figure.clone(),
-            unit => format!("{} [{unit}]", self.figure),
-        }
+        label(&self.figure)
     }
 
     /// As Markdown: one table of means, and one of ratios where there is a base.
@@ -124,10 +118,13 @@ fn is_level(role: Role) -> bool {
 }
 
 fn shown(estimate: Option<&MeanEstimate>) -> String {
-    let Some(estimate) = estimate else { return "not measurable".to_owned() };
-    let ends =
-        estimate.interval.map_or_else(String::new, |[low, high]| format!(" ({} to {})", digits(low), digits(high)));
-    format!("{}{ends}", digits(estimate.mean))
+    estimate.map_or("not measurable".to_owned(), with_ends)
+}
+
+/// A mean, and its interval where there is one.
+pub(super) fn with_ends(value: &MeanEstimate) -> String {
+    let ends = value.interval.map_or_else(String::new, |[low, high]| format!(" ({} to {})", digits(low), digits(high)));
+    format!("{}{ends}", digits(value.mean))
 }
 
 fn series(
@@ -139,9 +136,7 @@ fn series(
 ) -> LevelMeans {
     let of = |rows: &[usize]| rows.iter().filter_map(|&row| value(row)).collect::<Vec<f64>>();
     let means = along.iter().map(|(_, _, rows)| MeanEstimate::of(&of(rows))).collect();
-    let by_rest = |rows: &[usize]| -> BTreeMap<String, f64> {
-        rows.iter().filter_map(|&row| Some((rest_of(table, by, row), value(row)?))).collect()
-    };
+    let by_rest = |rows: &[usize]| by_rest(table, by, rows, value);
     let base = along.iter().find(|(level, _, _)| Some(level) == base).map(|(_, _, rows)| by_rest(rows));
     let ratio = |rows: &[usize]| {
         let (base, own) = (base.as_ref()?, by_rest(rows));
@@ -165,13 +160,10 @@ fn exponential(logs: MeanEstimate) -> MeanEstimate {
     }
 }
 
-/// Place of a level on the axis: levels stand at equal distances.
-pub(super) fn place(number: usize) -> f64 {
-    f64_from_usize(number)
-}
-
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use super::super::gather::{ColumnValues, TableColumn};
     use super::*;
 

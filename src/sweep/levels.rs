@@ -54,8 +54,18 @@ fn classes(found: &[(String, Option<f64>, Vec<usize>)]) -> Vec<(String, Option<f
         .collect()
 }
 
+/// Values of rows by everything else in them but one factor.
+pub fn by_rest(
+    table: &Table,
+    factor: &str,
+    rows: &[usize],
+    value: &dyn Fn(usize) -> Option<f64>,
+) -> BTreeMap<String, f64> {
+    rows.iter().filter_map(|&row| Some((rest_of(table, factor, row), value(row)?))).collect()
+}
+
 /// Everything of a row but one factor and its figures.
-pub fn rest_of(table: &Table, factor: &str, row: usize) -> String {
+fn rest_of(table: &Table, factor: &str, row: usize) -> String {
     let is_kept = |role: Role| matches!(role, Role::Factor | Role::Replicate);
     let kept = table.columns.iter().filter(|column| is_kept(column.role) && column.name != factor);
     kept.map(|column| column.values.text(row)).collect::<Vec<_>>().join("\u{1f}")

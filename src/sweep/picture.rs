@@ -3,7 +3,7 @@
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 
-use super::interaction::{Interaction, place};
+use super::interaction::Interaction;
 use super::statistics::MeanEstimate;
 use crate::num::{f64_from_usize, greater, index, lesser, u32_truncated};
 
@@ -92,8 +92,8 @@ where
         let colour = COLOURS[number % COLOURS.len()];
         // Series stand a little apart, so that their bars do not hide each other.
         let aside = 0.08 * (f64_from_usize(number) - middle);
-        let found: Vec<(f64, &MeanEstimate)> =
-            series.means.iter().enumerate().filter_map(|(at, one)| Some((place(at) + aside, one.as_ref()?))).collect();
+        let at = |(level, one): (usize, &Option<MeanEstimate>)| Some((f64_from_usize(level) + aside, (*one)?));
+        let found: Vec<(f64, MeanEstimate)> = series.means.iter().enumerate().filter_map(at).collect();
         for (x, one) in &found {
             let low = if interaction.y_log { lowest(one) } else { one.interval.map_or(one.mean, |ends| ends[0]) };
             let high = one.interval.map_or(one.mean, |ends| ends[1]);

@@ -153,6 +153,14 @@ pub fn unit_of(name: &str) -> &'static str {
     UNITS.iter().find(|(ending, _)| name.ends_with(ending)).map_or("1", |(_, unit)| unit)
 }
 
+/// A figure with its unit.
+pub(super) fn label(figure: &str) -> String {
+    match unit_of(figure) {
+        "1" => figure.to_owned(),
+        unit => format!("{figure} [{unit}]"),
+    }
+}
+
 /// The full name of a figure that a user calls by its last part or by all of it.
 pub fn find_figure<'a>(asked: &str, known: impl Iterator<Item = &'a String>) -> Result<&'a String, Vec<String>> {
     let known: Vec<&String> = known.collect();

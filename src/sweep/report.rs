@@ -7,7 +7,7 @@ use rand::RngExt;
 use super::file::{PictureWish, ReportWishes};
 use super::html;
 use super::interaction::Interaction;
-use super::levels::{figures, levels, rest_of};
+use super::levels::{by_rest, figures, levels};
 use super::record::find_figure;
 use super::statistics::{MeanEstimate, mean, standard_error};
 use super::table::{Role, Table};
@@ -130,9 +130,7 @@ fn differences(table: &Table, factor: &str, figure: &str) -> Vec<LevelDifference
     let values = figures(table, figure);
     let levels = levels(table, factor);
     let Some(((from, _, first), others)) = levels.split_first() else { return Vec::new() };
-    let by_rest = |rows: &[usize]| -> BTreeMap<String, f64> {
-        rows.iter().filter_map(|&row| Some((rest_of(table, factor, row), values[row]?))).collect()
-    };
+    let by_rest = |rows: &[usize]| by_rest(table, factor, rows, &|row| values[row]);
     let base = by_rest(first);
     let mut all = Vec::new();
     for (to, _, rows) in others {

@@ -55,22 +55,17 @@ pub struct SpecificationJudgement {
 }
 
 impl Specification {
-    /// Reads `FIGURE < LIMIT for SHARE %`, with <, <=, > or >=. Without a share all runs must keep the limit in 95 % of the cases. Fails
-    /// on another form.
+    /// Reads `FIGURE < LIMIT for SHARE %`, with <, <=, > or >=. Fails on another form.
     pub fn parse(text: &str) -> Result<Self, Error> {
         let refused =
             |reason: &str| Error::key("--spec", text, format!("{reason}; write --spec \"ate_m < 0.010 for 99 %\""));
-        let (rule, share) = match text.split_once(" for ") {
-            Some((rule, share)) => {
-                let number = share.trim().strip_suffix('%').ok_or_else(|| refused("the share has no %"))?;
-                let percent: f64 = number.trim().parse().map_err(|_| refused("the share is no number"))?;
-                if !(percent > 0.0 && percent < 100.0) {
-                    return Err(refused("the share must be above 0 and below 100 %"));
-                }
-                (rule, percent / 100.0)
-            }
-            None => return Err(refused("the share of runs is missing")),
-        };
+        let (rule, share) = text.split_once(" for ").ok_or_else(|| refused("the share of runs is missing"))?;
+        let percent = share.trim().strip_suffix('%').ok_or_else(|| refused("the share has no %"))?;
+        let percent: f64 = percent.trim().parse().map_err(|_| refused("the share is no number"))?;
+        if !(percent > 0.0 && percent < 100.0) {
+            return Err(refused("the share must be above 0 and below 100 %"));
+        }
+        let share = percent / 100.0;
         let signs =
             [("<=", Relation::AtMost), (">=", Relation::AtLeast), ("<", Relation::Below), (">", Relation::Above)];
         let found = signs.into_iter().find_map(|(sign, relation)| Some((rule.split_once(sign)?, relation)));

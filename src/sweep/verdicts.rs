@@ -2,8 +2,6 @@
 
 use super::specification::SpecificationJudgement;
 use super::statistics::MeanEstimate;
-use super::table::Table;
-use crate::num::u64_from;
 
 /// A specification's verdict on a point.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,9 +61,4 @@ pub struct FigureReport {
     pub effects: Vec<FactorEffect>,
     /// By factor and level.
     pub differences: Vec<LevelDifference>,
-}
-
-/// Cells in a table, for a sentence.
-pub(super) fn cells(table: &Table) -> u64 {
-    u64_from(table.rows)
 }

@@ -4,7 +4,6 @@ use sensel::scene::Scene;
 use sensel::scene::file_units::FileUnits;
 use sensel::scene::views::{CameraView, SceneBox};
 
-/// What a file holds.
 pub(super) struct FileSummary {
     pub(super) name: String,
     pub(super) scene: Scene,

@@ -57,42 +57,22 @@ pub fn main(loaded: &Loaded, shared: &CommonOptions) -> Result<(), Error> {
             .iter()
             .map(|cell| serde_json::json!({"cell": cell.name, "group": cell.group, "is": cell.described(&cells.factors)}))
             .collect();
-        outln!(
-            "{}",
-            serde_json::json!({
-                "cells": listed,
-                "points": points,
-                "finished": finished.len(),
-                "groups": cells.groups(),
-                "cpu_hours": hours,
-                "cpu_hours_without_store": alone_hours,
-                "disk_gib": disk_gib,
-                "folder": loaded.target.display().to_string(),
-            })
-        );
+        let plan = serde_json::json!({
+            "cells": listed, "points": points, "finished": finished.len(), "groups": cells.groups(), "cpu_hours": hours,
+            "cpu_hours_without_store": alone_hours, "disk_gib": disk_gib, "folder": loaded.target.display().to_string(),
+        });
+        outln!("{plan}");
         return Ok(());
     }
-    outln!(
-        "{} cells: {points} points ({}) with {} replicates each",
-        cells.cells.len(),
-        cells.factors.join(" x "),
-        cells.cells.len() / points
-    );
+    let (all, factors) = (cells.cells.len(), cells.factors.join(" x "));
+    outln!("{all} cells: {points} points ({factors}) with {} replicates each", all / points);
     outln!("  finished      {} cells in {}", finished.len(), loaded.target.display());
+    let (sets, remaining) = (groups.len(), remaining.len());
+    outln!("  photons       {sets} distinct sets for {remaining} cells; cells that differ behind the lens share them");
+    let how = measured.map_or(format!("{PILOT_FRAMES} frames"), |_| format!("{} finished cells", finished.len()));
+    let render_s = need.render_s;
     outln!(
-        "  photons       {} distinct sets for {} cells; cells that differ behind the lens share them",
-        groups.len(),
-        remaining.len()
-    );
-    let how = if measured.is_some() {
-        format!("{} finished cells", finished.len())
-    } else {
-        format!("{PILOT_FRAMES} frames")
-    };
-    outln!(
-        "  a cell        {:.2} s of processor time behind the lens (by {how}), {:.2} s to render its photons once",
-        rest_s,
-        need.render_s
+        "  a cell        {rest_s:.2} s of processor time behind the lens (by {how}), {render_s:.2} s to render its photons once"
     );
     outln!("  all           {hours:.3} processor hours; {alone_hours:.3} if each cell rendered its own photons");
     outln!("  disk          {disk_gib:.3} GiB, of which the photon store may hold {} GiB", shared.photons_gib);

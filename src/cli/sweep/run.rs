@@ -12,10 +12,10 @@ use sensel::files::photons::PhotonFiles;
 use sensel::files::sweep::SweepFolder;
 use sensel::run::probe::Place;
 use sensel::run::{PhotonStore, Setup, Stopwatch};
+use sensel::sweep::Cell;
 use sensel::sweep::record::CellCost;
 use sensel::sweep::report::PointVerdict;
 use sensel::sweep::statistics::SequentialVerdict;
-use sensel::sweep::{Cell, CellRecord};
 use sensel::units::FrameIndex;
 
 use super::cell::Worker;
@@ -44,7 +44,6 @@ struct Running<'a> {
     ended: Mutex<Option<Error>>,
 }
 
-/// `sensel sweep run`.
 pub fn main(own: &SweepRunArguments, loaded: &Loaded, shared: &CommonOptions) -> Result<(), Error> {
     let specifications = specs::parse(&own.spec)?;
     let watch = WallTime::start();
@@ -239,10 +238,7 @@ impl Running<'_> {
         if self.ended.lock().expect("no thread panics while it holds an error").is_some() {
             return Ok(());
         }
-        let record = worker.run(cell, watch).inspect_err(|_| {
-            self.end(Error::Interrupted);
-        });
-        let record: CellRecord = match record {
+        let record = match worker.run(cell, watch).inspect_err(|_| self.end(Error::Interrupted)) {
             Err(Error::Interrupted) => return Err(self.stopped()),
             other => other?,
         };
@@ -278,6 +274,7 @@ impl Running<'_> {
         let cost = self.cost.lock().expect("no thread panics while it holds a cost");
         let stages_s: f64 = cost.stages_s.values().sum();
         let ms_per_cell = |seconds: f64| 1e3 * seconds / sensel::num::f64_from_usize(done.max(1));
+        let [all_ms, photons_ms, stages_ms] = [cost.cpu_s, cost.photons_s, stages_s].map(ms_per_cell);
         let photons = self.store.as_ref().map(|store| store.counts()).unwrap_or_default();
         if shared.json {
             let value = serde_json::json!({
@@ -285,26 +282,18 @@ impl Running<'_> {
                 "run": done,
                 "failed": failed,
                 "folder": self.folder.path().display().to_string(),
-                "cpu_ms_per_cell": {
-                    "all": ms_per_cell(cost.cpu_s),
-                    "photons": ms_per_cell(cost.photons_s),
-                    "stages": ms_per_cell(stages_s),
-                },
+                "cpu_ms_per_cell": {"all": all_ms, "photons": photons_ms, "stages": stages_ms},
                 "photons": {"found": photons.found, "rendered": photons.rendered, "damaged": photons.damaged},
                 "specs": specs::as_json(verdicts),
             });
             outln!("{value}");
         } else if !shared.quiet {
-            outln!(
-                "{cells} cells, {done} of them run now in {seconds:.1} s, {failed} failed: {}",
-                self.folder.path().display()
-            );
+            let folder = self.folder.path().display();
+            outln!("{cells} cells, {done} of them run now in {seconds:.1} s, {failed} failed: {folder}");
             if done > 0 {
                 outln!(
-                    "a cell: {:.1} ms of processor time, of which {:.1} ms for its photons and {:.1} ms for sensor to tracker",
-                    ms_per_cell(cost.cpu_s),
-                    ms_per_cell(cost.photons_s),
-                    ms_per_cell(stages_s)
+                    "a cell: {all_ms:.1} ms of processor time, of which {photons_ms:.1} ms for its photons and \
+                     {stages_ms:.1} ms for sensor to tracker"
                 );
             }
             if photons.found + photons.rendered > 0 {

@@ -41,12 +41,7 @@ pub fn judged(
             let Some(record) = records.get(&cell.name) else { continue };
             let value = record.figures.get(&figure).copied().flatten();
             let is_met = value.is_some_and(|value| specification.is_met(value));
-            let name = || {
-                let shown = cells.factors.iter().zip(&cell.shown);
-                let parts = shown.map(|(name, value)| format!("{name} = {}", sensel::sweep::cells::shown(value)));
-                parts.collect::<Vec<_>>().join(", ")
-            };
-            let entry = points.entry(cell.point).or_insert_with(|| (0, 0, name()));
+            let entry = points.entry(cell.point).or_insert_with(|| (0, 0, cell.levels(&cells.factors).join(", ")));
             entry.0 += u64::from(is_met);
             entry.1 += 1;
         }
@@ -62,20 +57,15 @@ pub fn as_json(verdicts: &[PointVerdict]) -> Vec<serde_json::Value> {
     let one = |verdict: &PointVerdict| {
         let judgement = &verdict.judgement;
         serde_json::json!({
-            "spec": verdict.specification,
-            "point": verdict.name,
-            "verdict": judgement.verdict.name(),
-            "sequential": judgement.sequential.name(),
-            "met": judgement.met,
-            "runs": judgement.runs,
-            "interval": judgement.interval,
+            "spec": verdict.specification, "point": verdict.name,
+            "verdict": judgement.verdict.name(), "sequential": judgement.sequential.name(),
+            "met": judgement.met, "runs": judgement.runs, "interval": judgement.interval,
             "further_if_met_and_if_missed": judgement.further,
         })
     };
     verdicts.iter().map(one).collect()
 }
 
-/// Prints the verdicts.
 pub fn say(verdicts: &[PointVerdict]) {
     for verdict in verdicts {
         outln!("{} [{}] {}", verdict.specification, verdict.name, verdict.judgement.in_words());

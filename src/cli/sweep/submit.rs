@@ -10,7 +10,6 @@ use crate::cli::args::{CommonOptions, SweepSubmitArguments};
 /// Most tasks of an array: Slurm's own limit is 1,001 unless its site raised it.
 const SHARDS_MAX: u32 = 10_000;
 
-/// Prints the script.
 pub fn main(own: &SweepSubmitArguments, loaded: &Loaded, shared: &CommonOptions) -> Result<(), Error> {
     let cells = loaded.cells.cells.len();
     let shards = own.shards;

@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 
 use sensel::compute::Extractor;
 use sensel::error::Error;
+use sensel::files::{content_error, io_error};
 use sensel::link::{Decoder, LinkCounts, Received};
 use sensel::num::{u64_from, u64_half_even};
 use sensel::run::{Host, SensorSetup};
 
-use super::super::place;
 use super::brought::Brought;
 
 /// Bytes that are read at once.
@@ -96,7 +96,7 @@ struct PacketStream {
 impl PacketStream {
     fn open(path: PathBuf, wants_pictures: bool) -> Result<Self, Error> {
         let file = sensel::files::open::open_input(&path)?;
-        let bytes = file.metadata().map_err(|source| place::io(&path, source))?.len();
+        let bytes = file.metadata().map_err(io_error(&path))?.len();
         // A file that grows is read as it was.
         let file = file.take(bytes);
         Ok(Self {
@@ -114,8 +114,9 @@ impl PacketStream {
     /// not known, are passed by.
     fn next_number(&mut self, sensor: &SensorSetup) -> Result<Option<u64>, Error> {
         while self.fill(1)? {
-            let number = self.number_of_first()?;
-            if let Some(number) = number.filter(|&number| self.last.is_none_or(|(last, _)| number > last)) {
+            if let Some(number) =
+                self.number_of_first()?.filter(|&number| self.last.is_none_or(|(last, _)| number > last))
+            {
                 return Ok(Some(number));
             }
             let passed = self.ready.pop_front();
@@ -128,7 +129,7 @@ impl PacketStream {
     fn fill(&mut self, frames: usize) -> Result<bool, Error> {
         while self.ready.len() < frames {
             let Some(decoder) = &mut self.decoder else { return Ok(false) };
-            let length = self.file.read(&mut self.piece).map_err(|source| place::io(&self.path, source))?;
+            let length = self.file.read(&mut self.piece).map_err(io_error(&self.path))?;
             self.ready.extend(decoder.push(&self.piece[..length]));
             if length == 0 {
                 let rest = self.decoder.take().map(Decoder::finish).unwrap_or_default();
@@ -187,10 +188,7 @@ impl PacketStream {
         let Some(found) = frame.shape.and_then(|shape| shape.size()).filter(|size| *size != sensor.size) else {
             return Ok(());
         };
-        let reason = format!(
-            "holds pictures of {}x{}; config.toml beside it says {}x{}",
-            found.width_px, found.height_px, sensor.size.width_px, sensor.size.height_px
-        );
-        Err(Error::Content { file: self.path.display().to_string(), reason })
+        let [found, said] = [found, sensor.size].map(|size| format!("{}x{}", size.width_px, size.height_px));
+        Err(content_error(&self.path, format!("holds pictures of {found}; config.toml beside it says {said}")))
     }
 }

@@ -7,6 +7,7 @@
 use sensel::compute::{AlwaysReady, AtOnce, Extractor, ExtractorParams, Feature, Pixels, Records};
 use sensel::error::Error;
 use sensel::events::Events;
+use sensel::files::content_error;
 use sensel::files::euroc::FrameEntry;
 use sensel::files::grey::{self, Grey};
 use sensel::plane::Plane;
@@ -59,11 +60,8 @@ impl<'a> PictureStream<'a> {
         if found == wanted {
             return Ok((codes, bits));
         }
-        let reason = format!(
-            "is {}x{}; the camera's pictures are {}x{}",
-            found.width_px, found.height_px, wanted.width_px, wanted.height_px
-        );
-        Err(Error::Content { file: entry.path.display().to_string(), reason })
+        let [found, wanted] = [found, wanted].map(|size| format!("{}x{}", size.width_px, size.height_px));
+        Err(content_error(&entry.path, format!("is {found}; the camera's pictures are {wanted}")))
     }
 }
 

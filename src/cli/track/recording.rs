@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use sensel::error::Error;
+use sensel::files::content_error;
 use sensel::files::euroc::{CameraFolder, EurocReader, FrameEntry, ImuFolder};
 use sensel::files::grey;
 use sensel::files::tum::TumFolder;
@@ -25,8 +26,7 @@ impl AnyRecording {
         if TumFolder::is_one(folder) {
             let TumFolder { frames, lens, ground_truth } = TumFolder::open(folder)?;
             let Some(first) = frames.first() else {
-                let reason = "lists no picture".to_owned();
-                return Err(Error::Content { file: folder.display().to_string(), reason });
+                return Err(content_error(folder, "lists no picture"));
             };
             let size = grey::read(&first.path)?.codes.size();
             let camera = CameraCalibration { lens, size, body_from_camera: Pose::IDENTITY };

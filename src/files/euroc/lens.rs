@@ -5,7 +5,6 @@
 use super::yaml::{Document, Refusal, shortened};
 use crate::optics::lens::{DoubleSphere, Eucm, Intrinsics, Kb4, Lens, Mapping, RadiusTable, Radtan};
 
-/// The lines of a lens.
 pub(super) fn yaml(lens: &Lens) -> String {
     let Intrinsics { fx_px, fy_px, cx_px, cy_px } = lens.intrinsics;
     let focal = format!("{fx_px}, {fy_px}, {cx_px}, {cy_px}");
@@ -16,6 +15,11 @@ pub(super) fn yaml(lens: &Lens) -> String {
              distortion_model: {model}\ndistortion_coefficients: {list}\n"
         )
     };
+    let own = |model: &str, (first, a): (&str, f64), (second, b): (&str, f64)| {
+        format!(
+            "camera_model: {model}\nintrinsics: [{a}, {b}, {focal}] # {first}, {second}, fu, fv, cu, cv\ndistortion_model: none\n"
+        )
+    };
     match &lens.mapping {
         Mapping::Pinhole => distorted("radial-tangential", &[0.0; 4]),
         Mapping::Radtan(Radtan { k1, k2, p1, p2, k3 }) if *k3 == 0.0 => {
@@ -23,16 +27,8 @@ pub(super) fn yaml(lens: &Lens) -> String {
         }
         Mapping::Radtan(Radtan { k1, k2, p1, p2, k3 }) => distorted("radial-tangential", &[*k1, *k2, *p1, *p2, *k3]),
         Mapping::Kb4(kb4) => distorted("equidistant", &kb4.coefficients()),
-        Mapping::DoubleSphere(DoubleSphere { xi, alpha }) => {
-            format!(
-                "camera_model: ds\nintrinsics: [{xi}, {alpha}, {focal}] # xi, alpha, fu, fv, cu, cv\ndistortion_model: none\n"
-            )
-        }
-        Mapping::Eucm(Eucm { alpha, beta }) => {
-            format!(
-                "camera_model: eucm\nintrinsics: [{alpha}, {beta}, {focal}] # alpha, beta, fu, fv, cu, cv\ndistortion_model: none\n"
-            )
-        }
+        Mapping::DoubleSphere(DoubleSphere { xi, alpha }) => own("ds", ("xi", *xi), ("alpha", *alpha)),
+        Mapping::Eucm(Eucm { alpha, beta }) => own("eucm", ("alpha", *alpha), ("beta", *beta)),
         Mapping::Table(table) => {
             let (angles_rad, radii): (Vec<f64>, Vec<f64>) = table.points().unzip();
             let (angles_rad, radii) = (listed(&angles_rad), listed(&radii));
@@ -49,7 +45,6 @@ fn listed(numbers: &[f64]) -> String {
     format!("[{}]", texts.join(", "))
 }
 
-/// Reads them back.
 pub(super) fn parse(document: &Document) -> Result<Lens, Refusal> {
     let model = one_of(document, "camera_model", &["pinhole", "ds", "eucm", "table"])?;
     let distortions: &[&str] =

@@ -1,5 +1,4 @@
-//! Reads calibrations, frame lists and ground truth of an ASL folder, real or ours. Errors name file and
-//! line.
+//! Reads calibrations, frame lists and ground truth of an ASL folder, real or ours. Errors name file and line.
 
 use std::path::{Path, PathBuf};
 
@@ -109,11 +108,14 @@ fn at_line(path: &Path) -> impl Fn(Refusal) -> Error {
     move |(line, reason)| content_error(&path, if line == 0 { reason } else { format!("line {line}: {reason}") })
 }
 
-fn open_camera(folder: &Path) -> Result<CameraFolder, Error> {
+fn read_calibration<T>(folder: &Path, parse: fn(&Document) -> Result<T, Refusal>) -> Result<T, Error> {
     let path = folder.join("sensor.yaml");
-    let camera = Document::parse(&read_text(&path, YAML_BYTES_MAX)?)
-        .and_then(|document| parse_camera(&document))
-        .map_err(at_line(&path))?;
+    let document = Document::parse(&read_text(&path, YAML_BYTES_MAX)?);
+    document.and_then(|document| parse(&document)).map_err(at_line(&path))
+}
+
+fn open_camera(folder: &Path) -> Result<CameraFolder, Error> {
+    let camera = read_calibration(folder, parse_camera)?;
     let path = folder.join("data.csv");
     let (frames, repeated) =
         parse_frames(&read_text(&path, CSV_BYTES_MAX)?, &folder.join("data")).map_err(at_line(&path))?;
@@ -121,10 +123,7 @@ fn open_camera(folder: &Path) -> Result<CameraFolder, Error> {
 }
 
 fn open_imu(folder: &Path) -> Result<ImuFolder, Error> {
-    let path = folder.join("sensor.yaml");
-    let imu = Document::parse(&read_text(&path, YAML_BYTES_MAX)?)
-        .and_then(|document| parse_imu(&document))
-        .map_err(at_line(&path))?;
+    let imu = read_calibration(folder, parse_imu)?;
     let path = folder.join("data.csv");
     let readings = parse_readings(&read_text(&path, CSV_BYTES_MAX)?).map_err(at_line(&path))?;
     Ok(ImuFolder { imu, readings })

@@ -1,21 +1,21 @@
 //! Writes calibrations, codes, readings and poses as an ASL folder, `mav0/`.
 
-use std::fs::{self, File};
-use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
 use glam::{DMat3, DVec3};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder as _};
 
-use super::super::errors::{content_error, io_error};
+use super::super::errors::content_error;
+use super::super::text_file::TextFile;
+use super::super::{make_folder, write};
 use super::layout::{CAMERA_HEADER, EurocCamera, EurocImu, GROUND_TRUTH_FOLDER, GROUND_TRUTH_HEADER, IMU_HEADER};
 use super::lens;
 use crate::error::Error;
 use crate::num;
 use crate::plane::Plane;
 use crate::pose::Pose;
-use crate::units::CameraIndex;
+use crate::units::{CameraIndex, Size};
 
 /// A line of `imu0/data.csv`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,45 +46,23 @@ pub struct GroundTruth {
 /// An ASL folder under construction. [`EurocWriter::finish`] makes sure that everything is on its way to the disk.
 #[derive(Debug)]
 pub struct EurocWriter {
-    cameras: Vec<(PathBuf, CsvFile, EurocCamera)>,
-    imu: Option<CsvFile>,
-    ground_truth: CsvFile,
+    cameras: Vec<(PathBuf, TextFile, EurocCamera)>,
+    imu: Option<TextFile>,
+    ground_truth: TextFile,
 }
 
-/// One `data.csv`.
-#[derive(Debug)]
-struct CsvFile {
-    path: PathBuf,
-    file: BufWriter<File>,
+/// The `data.csv` of a folder, which is made, beside its `sensor.yaml`.
+fn create_table(folder: &Path, header: &str, yaml: &str) -> Result<TextFile, Error> {
+    make_folder(folder)?;
+    let mut table = TextFile::create(folder.join("data.csv"))?;
+    table.line(header)?;
+    write(&folder.join("sensor.yaml"), yaml)?;
+    Ok(table)
 }
 
-impl CsvFile {
-    fn create(folder: &Path, header: &str) -> Result<Self, Error> {
-        fs::create_dir_all(folder).map_err(io_error(folder))?;
-        let path = folder.join("data.csv");
-        let file = BufWriter::new(File::create(&path).map_err(io_error(&path))?);
-        let mut table = Self { path, file };
-        table.line(header)?;
-        Ok(table)
-    }
-
-    fn line(&mut self, line: &str) -> Result<(), Error> {
-        writeln!(self.file, "{line}").map_err(io_error(&self.path))
-    }
-
-    /// A time stamp and numbers that return to the same bits when they are read.
-    fn numbers(&mut self, timestamp_ns: u64, values: &[f64]) -> Result<(), Error> {
-        let mut line = timestamp_ns.to_string();
-        for value in values {
-            line.push(',');
-            line.push_str(&value.to_string());
-        }
-        self.line(&line)
-    }
-
-    fn finish(mut self) -> Result<(), Error> {
-        self.file.flush().map_err(io_error(&self.path))
-    }
+/// A time stamp and numbers that return to the same bits when they are read.
+fn numbers(timestamp_ns: u64, values: &[f64]) -> String {
+    values.iter().fold(timestamp_ns.to_string(), |line, value| format!("{line},{value}"))
 }
 
 impl EurocWriter {
@@ -92,31 +70,18 @@ impl EurocWriter {
     /// ground truth.
     pub fn create(dir: &Path, cameras: &[EurocCamera], imu: Option<&EurocImu>) -> Result<Self, Error> {
         let root = dir.join("mav0");
-        fs::create_dir_all(&root).map_err(io_error(&root))?;
-        write(
-            &root.join("body.yaml"),
-            "# Written by sensel.\ncomment: simulated rig; its body is the frame of T_BS\n",
-        )?;
+        make_folder(&root)?;
+        let body = "# Written by sensel.\ncomment: simulated rig; its body is the frame of T_BS\n";
+        write(&root.join("body.yaml"), body)?;
         let mut camera_tables = Vec::new();
         for (index, camera) in cameras.iter().enumerate() {
             let folder = root.join(format!("cam{index}"));
             let pictures = folder.join("data");
-            fs::create_dir_all(&pictures).map_err(io_error(&pictures))?;
-            camera_tables.push((pictures, CsvFile::create(&folder, CAMERA_HEADER)?, *camera));
-            write(&folder.join("sensor.yaml"), &camera_yaml(index, camera))?;
+            make_folder(&pictures)?;
+            camera_tables.push((pictures, create_table(&folder, CAMERA_HEADER, &camera_yaml(index, camera))?, *camera));
         }
-        let imu_table = match imu {
-            Some(imu) => {
-                let folder = root.join("imu0");
-                let table = CsvFile::create(&folder, IMU_HEADER)?;
-                write(&folder.join("sensor.yaml"), &imu_yaml(imu))?;
-                Some(table)
-            }
-            None => None,
-        };
-        let folder = root.join(GROUND_TRUTH_FOLDER);
-        let ground_truth = CsvFile::create(&folder, GROUND_TRUTH_HEADER)?;
-        write(&folder.join("sensor.yaml"), &ground_truth_yaml())?;
+        let imu_table = imu.map(|imu| create_table(&root.join("imu0"), IMU_HEADER, &imu_yaml(imu))).transpose()?;
+        let ground_truth = create_table(&root.join(GROUND_TRUTH_FOLDER), GROUND_TRUTH_HEADER, &ground_truth_yaml())?;
         Ok(Self { cameras: camera_tables, imu: imu_table, ground_truth })
     }
 
@@ -135,7 +100,7 @@ impl EurocWriter {
         let path = folder.join(&name);
         let png = encode_png(codes_dn, bits)
             .map_err(|error| content_error(&path, format!("the picture cannot be written as PNG: {error}")))?;
-        fs::write(&path, png).map_err(io_error(&path))?;
+        write(&path, png)?;
         table.line(&format!("{timestamp_ns},{name}"))
     }
 
@@ -143,7 +108,7 @@ impl EurocWriter {
     pub fn add_imu(&mut self, reading: &ImuReading) -> Result<(), Error> {
         let table = self.imu.as_mut().expect("the folder was made with an inertial unit");
         let (w, a) = (reading.angular_velocity_rad_per_s, reading.acceleration_m_per_s2);
-        table.numbers(reading.timestamp_ns, &[w.x, w.y, w.z, a.x, a.y, a.z])
+        table.line(&numbers(reading.timestamp_ns, &[w.x, w.y, w.z, a.x, a.y, a.z]))
     }
 
     /// Lists a true pose.
@@ -153,7 +118,7 @@ impl EurocWriter {
         for vector in [truth.velocity_m_per_s, truth.gyroscope_bias_rad_per_s, truth.accelerometer_bias_m_per_s2] {
             values.extend(vector.to_array());
         }
-        self.ground_truth.numbers(truth.timestamp_ns, &values)
+        self.ground_truth.line(&numbers(truth.timestamp_ns, &values))
     }
 
     /// Writes what is still in memory.
@@ -161,7 +126,7 @@ impl EurocWriter {
         for (_, table, _) in self.cameras {
             table.finish()?;
         }
-        self.imu.map_or(Ok(()), CsvFile::finish)?;
+        self.imu.map_or(Ok(()), TextFile::finish)?;
         self.ground_truth.finish()
     }
 }
@@ -183,10 +148,6 @@ fn encode_png(codes_dn: &Plane<u16>, bits: u32) -> image::ImageResult<Vec<u8>> {
     Ok(png)
 }
 
-fn write(path: &Path, text: &str) -> Result<(), Error> {
-    fs::write(path, text).map_err(io_error(path))
-}
-
 fn pose_yaml(pose: &Pose) -> String {
     let (r, t) = (DMat3::from_quat(pose.rotation), pose.translation_m);
     let row = |r: DVec3, t: f64| format!("{}, {}, {}, {t}", r.x, r.y, r.z);
@@ -199,29 +160,27 @@ fn pose_yaml(pose: &Pose) -> String {
 }
 
 fn camera_yaml(index: usize, camera: &EurocCamera) -> String {
+    let EurocCamera { body_from_camera, rate_hz, size: Size { width_px, height_px }, lens } = camera;
     format!(
         "# Written by sensel. T_BS maps points of the camera into the body.\nsensor_type: camera\ncomment: simulated cam{index}\n\n\
-         {}\nrate_hz: {}\nresolution: [{}, {}]\n{}",
-        pose_yaml(&camera.body_from_camera),
-        camera.rate_hz,
-        camera.size.width_px,
-        camera.size.height_px,
-        lens::yaml(&camera.lens),
+         {}\nrate_hz: {rate_hz}\nresolution: [{width_px}, {height_px}]\n{}",
+        pose_yaml(body_from_camera),
+        lens::yaml(lens),
     )
 }
 
 fn imu_yaml(imu: &EurocImu) -> String {
-    let noise = imu.noise;
+    let noise = &imu.noise;
+    let (gyroscope, gyroscope_walk) = (noise.gyroscope_noise_density, noise.gyroscope_random_walk);
+    let (accelerometer, accelerometer_walk) = (noise.accelerometer_noise_density, noise.accelerometer_random_walk);
     format!(
         "# Written by sensel.\nsensor_type: imu\ncomment: simulated imu0\n\n{}\nrate_hz: {}\n\
-         gyroscope_noise_density: {} # [ rad / s / sqrt(Hz) ]\ngyroscope_random_walk: {} # [ rad / s^2 / sqrt(Hz) ]\n\
-         accelerometer_noise_density: {} # [ m / s^2 / sqrt(Hz) ]\naccelerometer_random_walk: {} # [ m / s^3 / sqrt(Hz) ]\n",
+         gyroscope_noise_density: {gyroscope} # [ rad / s / sqrt(Hz) ]\n\
+         gyroscope_random_walk: {gyroscope_walk} # [ rad / s^2 / sqrt(Hz) ]\n\
+         accelerometer_noise_density: {accelerometer} # [ m / s^2 / sqrt(Hz) ]\n\
+         accelerometer_random_walk: {accelerometer_walk} # [ m / s^3 / sqrt(Hz) ]\n",
         pose_yaml(&imu.body_from_imu),
-        noise.rate_hz,
-        noise.gyroscope_noise_density,
-        noise.gyroscope_random_walk,
-        noise.accelerometer_noise_density,
-        noise.accelerometer_random_walk
+        noise.rate_hz
     )
 }
 

@@ -68,7 +68,6 @@ impl Document {
         self.entries.get(key).ok_or_else(|| (0, format!("has no '{key}'")))
     }
 
-    /// One finite number.
     pub(super) fn number(&self, key: &str) -> Result<f64, Refusal> {
         let entry = self.get(key)?;
         finite(&entry.text).ok_or_else(|| (entry.line, format!("{key} = '{}' is no number", shortened(&entry.text))))

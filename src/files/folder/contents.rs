@@ -9,11 +9,10 @@ use std::collections::BTreeSet;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use super::super::errors::io_error;
+use super::super::errors::{content_error, io_error, refused};
 use super::super::{disk, read_bytes};
 use super::lock::Lock;
 use super::manifest::{Care, FolderList, MARKER, Manifest, Survey};
-use super::refusal::refused;
 use super::work;
 use crate::error::Error;
 
@@ -78,7 +77,6 @@ impl Inside {
         self.retire(survey)
     }
 
-    /// Whether a swap has begun and has not ended.
     pub fn is_swapping(&self) -> bool {
         [JOURNAL, OLD].iter().any(|name| std::fs::symlink_metadata(self.folder.join(name)).is_ok())
     }
@@ -114,7 +112,6 @@ impl Inside {
         Ok(kept)
     }
 
-    /// Removes the result that was replaced.
     fn retire(&mut self, survey: Option<&Survey>) -> Result<(), Error> {
         let old = self.folder.join(OLD);
         if std::fs::symlink_metadata(&old).is_err() {
@@ -211,7 +208,7 @@ impl Journal {
         }
         let text = String::from_utf8(read_bytes(&path, BYTES_MAX)?).unwrap_or_default();
         let mut journal = Self { old: BTreeSet::new(), new: BTreeSet::new() };
-        let broken = || super::super::errors::content_error(&path, "is no journal of this program; move it away");
+        let broken = || content_error(&path, "is no journal of this program; move it away");
         let rest = text.strip_prefix(HEADER).ok_or_else(broken)?;
         for line in rest.lines().skip(1) {
             let (kind, name) = line.split_once(' ').filter(|(_, name)| is_name(name)).ok_or_else(broken)?;

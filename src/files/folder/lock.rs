@@ -4,8 +4,7 @@ use std::fs::{File, Metadata, OpenOptions, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::super::errors::io_error;
-use super::refusal::refused;
+use super::super::errors::{content_error, io_error, refused};
 use crate::error::Error;
 
 /// An empty file that is locked. Dropped, it is removed.
@@ -24,7 +23,7 @@ impl Lock {
             let file = open(&path).map_err(io_error(&path))?;
             let metadata = file.metadata().map_err(io_error(&path))?;
             if !metadata.is_file() {
-                return Err(super::super::errors::content_error(&path, "is no file; this name is needed for a lock"));
+                return Err(content_error(&path, "is no file; this name is needed for a lock"));
             }
             let is_exclusive = match file.try_lock() {
                 Ok(()) => true,

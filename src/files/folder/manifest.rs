@@ -78,9 +78,7 @@ impl Stamp {
 /// The list of a folder, as far as it has one.
 #[derive(Debug)]
 pub enum FolderList {
-    /// No `.sensel`.
     Absent,
-    /// A whole list.
     Whole(Manifest),
     /// A `.sensel` that is no list, with its reason and its first bytes.
     Other(String, Vec<u8>),
@@ -166,7 +164,6 @@ impl Manifest {
         Some(manifest)
     }
 
-    /// The list of a folder.
     pub fn of(root: &Path) -> Result<FolderList, Error> {
         let path = root.join(MARKER);
         match std::fs::symlink_metadata(&path) {

@@ -1,8 +1,7 @@
 //! Parent folders of an output, held open while it is written.
 
 use super::super::disk;
-use super::super::errors::io_error;
-use super::refusal::refused;
+use super::super::errors::{io_error, refused};
 use crate::error::Error;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};

@@ -47,10 +47,24 @@ fn expected(run: &str) -> Vec<(String, String)> {
     names.into_iter().map(|name| (name.clone(), format!("{run} {name}"))).collect()
 }
 
+fn filled(target: &Path, name: &str) -> OutputFolder {
+    let folder = OutputFolder::create(target).unwrap();
+    fill(folder.path(), name);
+    folder
+}
+
 fn run(target: &Path, name: &str) -> Result<PlacedResult, Error> {
     let folder = OutputFolder::create(target)?;
     fill(folder.path(), name);
     folder.commit()
+}
+
+/// A folder with the result of a first run.
+fn with_first() -> (Scratch, PathBuf) {
+    let scratch = Scratch::new();
+    let target = scratch.path().join("run");
+    run(&target, "first").unwrap();
+    (scratch, target)
 }
 
 #[test]
@@ -58,8 +72,7 @@ fn a_folder_appears_whole_and_replaces_its_own_kind() {
     let scratch = Scratch::new();
     let target = scratch.path().join("deep/run");
     for name in ["first", "second"] {
-        let folder = OutputFolder::create(&target).unwrap();
-        fill(folder.path(), name);
+        let folder = filled(&target, name);
         assert!(!target.join(format!("only-{name}")).exists(), "nothing shows before the commit");
         folder.commit().unwrap();
         assert_eq!(content(&target), expected(name));
@@ -75,8 +88,7 @@ fn a_dropped_folder_leaves_nothing_and_keeps_the_old_one() {
     drop(OutputFolder::create(&target).unwrap());
     assert!(names(scratch.path()).is_empty(), "the folders above it vanish too");
     run(&target, "first").unwrap();
-    let folder = OutputFolder::create(&target).unwrap();
-    fill(folder.path(), "second");
+    let folder = filled(&target, "second");
     drop(folder);
     assert_eq!(names(target.parent().unwrap()), ["run"]);
     assert_eq!(content(&target), expected("first"));
@@ -124,9 +136,7 @@ fn nothing_that_a_user_put_into_a_result_or_changed_is_ever_removed() {
     let mut tried = 0;
     for when in ["before", "meanwhile"] {
         for (word, deed) in DEEDS {
-            let scratch = Scratch::new();
-            let target = scratch.path().join("run");
-            run(&target, "first").unwrap();
+            let (scratch, target) = with_first();
             let started = (when == "meanwhile").then(|| OutputFolder::create(&target).unwrap());
             deed(&target);
             let visible = || content(scratch.path()).into_iter().filter(|(name, _)| !name.starts_with(".run."));
@@ -158,9 +168,7 @@ fn nothing_that_a_user_put_into_a_result_or_changed_is_ever_removed() {
 
 #[test]
 fn a_result_with_missing_files_is_replaced() {
-    let scratch = Scratch::new();
-    let target = scratch.path().join("run");
-    run(&target, "first").unwrap();
+    let (scratch, target) = with_first();
     fs::remove_dir_all(target.join("frames")).unwrap();
     fs::remove_file(target.join("report.json")).unwrap();
     run(&target, "second").unwrap();
@@ -231,11 +239,8 @@ fn a_file_that_appears_in_the_last_moment_is_kept_and_named() {
         // Somebody still stands in the old folder, and changes a file.
         fs::write(new.join("report.json"), "mine too")
     }
-    let scratch = Scratch::new();
-    let target = scratch.path().join("run");
-    run(&target, "first").unwrap();
-    let folder = OutputFolder::create(&target).unwrap();
-    fill(folder.path(), "second");
+    let (scratch, target) = with_first();
+    let folder = filled(&target, "second");
     let placed = folder.commit_by(exchange).unwrap();
     let place = fs::canonicalize(scratch.path()).unwrap();
     assert_eq!((placed.folder, placed.kept), (place.join("run"), vec![place.join("run.kept-1")]));
@@ -392,9 +397,7 @@ fn a_process_that_is_killed_while_it_repairs_is_repaired() {
         let mut tried = 0;
         for steps in (5..50).step_by(5) {
             for more in (0..12).step_by(2) {
-                let scratch = Scratch::new();
-                let target = scratch.path().join("run");
-                run(&target, "first").unwrap();
+                let (scratch, target) = with_first();
                 fs::create_dir(scratch.path().join(".run.building-1-1")).unwrap();
                 for (count, name) in [(steps, "second"), (more, "third")] {
                     kill::after(count);
@@ -416,9 +419,7 @@ fn a_process_that_is_killed_while_it_repairs_is_repaired() {
 #[test]
 fn what_a_user_put_into_a_killed_swap_is_kept() {
     for steps in 0..40 {
-        let scratch = Scratch::new();
-        let target = scratch.path().join("run");
-        run(&target, "first").unwrap();
+        let (scratch, target) = with_first();
         kill::after(steps);
         let _ = replace(&target, "second", Swap::Contents);
         kill::off();
@@ -467,8 +468,7 @@ fn a_file_is_replaced_whole_and_leaves_nothing_beside_it() {
 fn pipes_and_devices_are_written_to_and_never_replaced() {
     use std::os::unix::fs::FileTypeExt as _;
     let scratch = Scratch::new();
-    let fifo = scratch.path().join("fifo");
-    rustix::fs::mknodat(rustix::fs::CWD, &fifo, rustix::fs::FileType::Fifo, 0o600.into(), 0).unwrap();
+    let fifo = scratch.pipe("fifo");
     assert_eq!(replace_file(&fifo, b"x").unwrap_err().exit_code(), 4, "nobody reads it, and nobody waits");
     let reader = fifo.clone();
     let reader = std::thread::spawn(move || fs::read_to_string(reader).unwrap());

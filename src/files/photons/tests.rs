@@ -26,6 +26,14 @@ fn bits(exposure: &Exposure) -> (Size, Vec<u32>, u64, u64) {
     (exposure.photons.size(), bits, exposure.render_variance_ratio.to_bits(), exposure.rays)
 }
 
+/// A store, and what it says.
+fn store_in(scratch: &Scratch, capacity_bytes: u64) -> (PhotonFiles, Arc<Mutex<Vec<String>>>) {
+    let said = Arc::new(Mutex::new(Vec::new()));
+    let told = Arc::clone(&said);
+    let say = move |text: &str| told.lock().unwrap().push(text.to_owned());
+    (PhotonFiles::open(scratch.path(), capacity_bytes, say).unwrap(), said)
+}
+
 #[test]
 fn an_entry_comes_back_in_every_bit() {
     let mut tried = 0;
@@ -60,10 +68,7 @@ fn rounded_photons_come_back_in_every_bit_from_less_than_half_the_bytes() {
 #[test]
 fn every_flipped_byte_of_200_entries_is_found_said_and_replaced() {
     let scratch = Scratch::new();
-    let said = Arc::new(Mutex::new(Vec::new()));
-    let told = Arc::clone(&said);
-    let store =
-        PhotonFiles::open(scratch.path(), 1 << 24, move |text| told.lock().unwrap().push(text.to_owned())).unwrap();
+    let (store, said) = store_in(&scratch, 1 << 24);
     let mut flips = 0;
     for number in 0..200_u64 {
         let seen = exposure(number + 1, Size { width_px: 5, height_px: 4 });
@@ -115,10 +120,7 @@ fn two_stores_that_fill_one_folder_at_once_lose_and_tear_nothing() {
 #[test]
 fn a_store_keeps_to_its_size_and_says_what_it_cannot_hold() {
     let scratch = Scratch::new();
-    let said = Arc::new(Mutex::new(Vec::new()));
-    let told = Arc::clone(&said);
-    let store =
-        PhotonFiles::open(scratch.path(), 20_000, move |text| told.lock().unwrap().push(text.to_owned())).unwrap();
+    let (store, said) = store_in(&scratch, 20_000);
     let size = Size { width_px: 40, height_px: 20 };
     for number in 0..60_u64 {
         store.keep(&blake3::hash(&number.to_le_bytes()).to_hex(), &exposure(number + 1, size), None);

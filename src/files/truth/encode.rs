@@ -5,7 +5,7 @@ use std::path::Path;
 
 use image::{DynamicImage, ImageBuffer};
 
-use super::super::errors::io_error;
+use super::super::picture::save;
 use crate::error::Error;
 use crate::num::{f64_from_u64, low_u16, u32_truncated, u64_half_even};
 use crate::optics::truth::{Matches, TruthView};
@@ -40,25 +40,10 @@ pub(super) fn flow_steps(found: &Matches) -> Vec<u16> {
     .collect()
 }
 
-/// Writes KITTI's flow.
 pub(super) fn write_flow_16(file: &Path, found: &Matches) -> Result<(), Error> {
     let size = found.dx_px.size();
     let buffer = ImageBuffer::from_raw(size.width_px, size.height_px, flow_steps(found));
     save(file, &DynamicImage::ImageRgb16(buffer.expect("three numbers a pixel")))
-}
-
-/// Writes 8-bit values as a grey PNG.
-pub(super) fn write_grey_8(file: &Path, values: &Plane<u8>) -> Result<(), Error> {
-    let size = values.size();
-    let buffer = ImageBuffer::from_raw(size.width_px, size.height_px, values.values().to_vec());
-    save(file, &DynamicImage::ImageLuma8(buffer.expect("a plane has width times height values")))
-}
-
-fn save(file: &Path, picture: &DynamicImage) -> Result<(), Error> {
-    picture.save(file).map_err(|error| match error {
-        image::ImageError::IoError(source) => io_error(file)(source),
-        other => Error::Run(format!("{}: {other}", file.display())),
-    })
 }
 
 /// One line a row: time and `world_from_camera` at the middle of its exposure, in digits that return to the same bits.

@@ -10,7 +10,6 @@ use crate::run::Setup;
 /// Version of the file's own layout.
 const VERSION: u32 = 1;
 
-/// The text of the file.
 pub(super) fn text(keep: &Keep, setup: &Setup) -> Result<String, Error> {
     let mut kinds = Map::new();
     for kept in keep.all() {

@@ -51,18 +51,7 @@ impl KeptOutput {
                 let others = 1..cameras;
                 others.flat_map(|other| [pair(0, other), pair(other, 0)]).map(|pair| format!("{name}/{pair}")).collect()
             }
-            Self::Photons
-            | Self::Electrons
-            | Self::Codes
-            | Self::Features
-            | Self::Colour
-            | Self::Poses
-            | Self::Depth
-            | Self::Normals
-            | Self::Materials
-            | Self::Objects
-            | Self::Flow
-            | Self::Visibility => (0..cameras).map(|camera| format!("{name}/cam{camera}")).collect(),
+            _ => (0..cameras).map(|camera| format!("{name}/cam{camera}")).collect(),
         }
     }
 

@@ -3,14 +3,12 @@
 //!
 //! Times are seconds with nine decimals, the same for a picture, its depth and its pose, so that any association is exact.
 
-use std::fs::{self, File};
-use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
-use super::super::errors::io_error;
-use super::encode::write_grey_8;
+use super::super::make_folder;
+use super::super::picture::{write_grey_8, write_grey_16};
+use super::super::text_file::TextFile;
 use crate::error::Error;
-use crate::files::picture::write_grey_16;
 use crate::num::low_u8;
 use crate::plane::Plane;
 use crate::pose::Pose;
@@ -20,53 +18,30 @@ use crate::scene::motion::imu::ImuSample;
 #[derive(Debug)]
 pub struct TumWriter {
     folder: PathBuf,
-    rgb: List,
-    depth: List,
-    both: List,
-    ground_truth: List,
-    accelerometer: List,
-}
-
-/// A text file that grows line by line.
-#[derive(Debug)]
-struct List {
-    path: PathBuf,
-    file: BufWriter<File>,
-}
-
-impl List {
-    fn create(path: PathBuf, header: &str) -> Result<Self, Error> {
-        let file = BufWriter::new(File::create(&path).map_err(io_error(&path))?);
-        let mut list = Self { path, file };
-        if !header.is_empty() {
-            list.line(header)?;
-        }
-        Ok(list)
-    }
-
-    fn line(&mut self, line: &str) -> Result<(), Error> {
-        writeln!(self.file, "{line}").map_err(io_error(&self.path))
-    }
-
-    fn finish(mut self) -> Result<(), Error> {
-        self.file.flush().map_err(io_error(&self.path))
-    }
+    rgb: TextFile,
+    depth: TextFile,
+    both: TextFile,
+    ground_truth: TextFile,
+    accelerometer: TextFile,
 }
 
 impl TumWriter {
     /// Makes the folder and its lists.
     pub fn create(folder: &Path) -> Result<Self, Error> {
         for inside in ["rgb", "depth"] {
-            let path = folder.join(inside);
-            fs::create_dir_all(&path).map_err(io_error(&path))?;
+            make_folder(&folder.join(inside))?;
         }
-        let list = |name: &str, header: &str| List::create(folder.join(name), header);
+        let list = |name: &str, header: &str| -> Result<TextFile, Error> {
+            let mut list = TextFile::create(folder.join(name))?;
+            list.line(header)?;
+            Ok(list)
+        };
         Ok(Self {
             folder: folder.to_owned(),
             rgb: list("rgb.txt", "# pictures\n# timestamp filename")?,
             depth: list("depth.txt", "# depth along the axis, 5000 steps a metre, 0: none\n# timestamp filename")?,
             // ORB-SLAM reads this list without knowing comments.
-            both: list("associations.txt", "")?,
+            both: TextFile::create(folder.join("associations.txt"))?,
             ground_truth: list("groundtruth.txt", "# world from camera\n# timestamp tx ty tz qx qy qz qw")?,
             accelerometer: list("accelerometer.txt", "# specific force in the body's frame\n# timestamp ax ay az")?,
         })
@@ -108,10 +83,8 @@ impl TumWriter {
 
     /// Writes what is still in memory.
     pub fn finish(self) -> Result<(), Error> {
-        for list in [self.rgb, self.depth, self.both, self.ground_truth, self.accelerometer] {
-            list.finish()?;
-        }
-        Ok(())
+        let lists = [self.rgb, self.depth, self.both, self.ground_truth, self.accelerometer];
+        lists.into_iter().try_for_each(TextFile::finish)
     }
 }
 

@@ -219,10 +219,9 @@ fn depth_files_in(place: &str, files: &[String], assets: &dyn Assets) -> Result<
         Some(found) => Ok(found),
         None if names.len() == files.len() => Ok(names.into_iter().map(|name| format!("{place}/{name}")).collect()),
         None => {
+            let (depths, pictures) = (names.len(), files.len());
             let reason = format!(
-                "has {} files for {} pictures; use one for each, of the same name or in the same order",
-                names.len(),
-                files.len()
+                "has {depths} files for {pictures} pictures; use one for each, of the same name or in the same order"
             );
             Err(Error::Content { file: place.to_owned(), reason })
         }
@@ -337,12 +336,8 @@ fn notes_of(folder: &str, stream: &ImageStream, camera: &crate::optics::Camera, 
         let (least_s, most_s) = steps.fold((f64::MAX, 0.0), |(least, most), step| {
             (crate::num::lesser(least, step), crate::num::greater(most, step))
         });
-        notes.push(format!(
-            "{} pictures, {:.2} to {:.2} ms apart; nothing is known between them",
-            counted.len(),
-            1e3 * least_s,
-            1e3 * most_s
-        ));
+        let (count, least_ms, most_ms) = (counted.len(), 1e3 * least_s, 1e3 * most_s);
+        notes.push(format!("{count} pictures, {least_ms:.2} to {most_ms:.2} ms apart; nothing is known between them"));
     }
     notes.into_iter().map(|note| format!("{folder}: {note}")).collect()
 }
