@@ -1,11 +1,9 @@
 //! The page of `sensel compare`: verdicts first, then every figure with its interval, pictures under a wiper, curves over each other.
 
-use std::fmt::Write as _;
-
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
-use super::parts::{TEXT, section};
+use super::parts::section;
 use crate::num::{f64_from_usize, greater, lesser};
 use crate::plane::Plane;
 use crate::report::chart::{Axes, Ink, Series, SeriesShape, chart, runs_of};
@@ -233,7 +231,7 @@ fn wiper(frames: &[ComparedFrame], names: &[String]) -> String {
     let mut sources = String::from("[");
     for frame in frames {
         let list: Vec<String> = frame.pictures.iter().map(|picture| format!("\"{}\"", uri(picture))).collect();
-        write!(sources, "[{}],", list.join(",")).expect(TEXT);
+        sources += &format!("[{}],", list.join(","));
     }
     sources.push(']');
     let options = |chosen: usize| {

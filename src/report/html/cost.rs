@@ -8,16 +8,8 @@ use crate::report::record::Report;
 pub(super) fn cost(report: &Report) -> String {
     let seconds = |ms: f64| si(ms * 1e-3, "s");
     let total_ms: f64 = report.cost.iter().fold(0.0, |sum, (_, stage)| sum + stage.ms_per_frame);
-    let shown: Vec<_> = report
-        .cost
-        .iter()
-        .map(|(name, stage)| Bar {
-            label: name.to_owned(),
-            value: stage.ms_per_frame,
-            whisker: None,
-            text: seconds(stage.ms_per_frame),
-        })
-        .collect();
+    let stages = report.cost.iter().map(|(name, stage)| (name, stage.ms_per_frame));
+    let shown: Vec<_> = stages.map(|(name, ms)| Bar::new(name, ms, seconds(ms))).collect();
     let rate = if total_ms > 0.0 {
         format!(", {} frames a second", super::text::digits(1e3 / total_ms))
     } else {

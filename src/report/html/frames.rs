@@ -1,13 +1,11 @@
 //! What the sensor saw: frames as PNG inside the page, with their features drawn over them.
 
-use std::fmt::Write as _;
-
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder as _};
 
-use super::parts::{FramePicture, FramePictures, Mark, TEXT, section};
+use super::parts::{FramePicture, FramePictures, Mark, section};
 use crate::plane::Plane;
 use crate::report::html::text::escaped;
 
@@ -70,7 +68,7 @@ fn haloed(path: &str, colour: &str) -> String {
 fn rings(places: impl Iterator<Item = (f64, f64)>) -> String {
     let mut path = String::new();
     for (x, y) in places {
-        write!(path, "M{:.1} {y:.1}a6 6 0 1 0 12 0a6 6 0 1 0-12 0", x - 6.0).expect(TEXT);
+        path += &format!("M{:.1} {y:.1}a6 6 0 1 0 12 0a6 6 0 1 0-12 0", x - 6.0);
     }
     path
 }
@@ -79,7 +77,7 @@ fn rings(places: impl Iterator<Item = (f64, f64)>) -> String {
 fn ticks(places: impl Iterator<Item = (f64, f64)>) -> String {
     let mut path = String::new();
     for (x, y) in places {
-        write!(path, "M{:.1} {:.1}l8 8m0-8l-8 8", x - 4.0, y - 4.0).expect(TEXT);
+        path += &format!("M{:.1} {:.1}l8 8m0-8l-8 8", x - 4.0, y - 4.0);
     }
     path
 }

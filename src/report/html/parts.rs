@@ -4,9 +4,6 @@ use super::super::record::Report;
 use super::text::escaped;
 use crate::plane::Plane;
 
-/// Why writing into a `String` is expected to work.
-pub(super) const TEXT: &str = "writing to a string cannot fail";
-
 /// Frames to show.
 #[derive(Clone, Debug, Default)]
 pub struct FramePictures {

@@ -1,8 +1,6 @@
 //! Where the time of a line and of a frame goes, as lanes, with the same spans as a table.
 
-use std::fmt::Write as _;
-
-use super::parts::{TEXT, section};
+use super::parts::section;
 use crate::num::{f64_from_u64, f64_from_usize};
 use crate::report::html::power_strip;
 use crate::report::html::text::{digits, escaped, grouped, si};
@@ -66,7 +64,7 @@ fn lanes(phases: &[Phase], length_us: f64) -> String {
     for name in names {
         let spans: String =
             phases.iter().filter(|phase| phase.lane == name).map(|phase| span(phase, length_us)).collect();
-        write!(html, "<div>{}</div><div class=\"lane\">{spans}</div>", escaped(name)).expect(TEXT);
+        html += &format!("<div>{}</div><div class=\"lane\">{spans}</div>", escaped(name));
     }
     let axis =
         format!("<div></div><div class=\"axis\"><span>0</span><span>{}</span></div></div>", si(length_us * 1e-6, "s"));

@@ -1,12 +1,9 @@
 //! Assembles the timing picture as SVG of fixed width: heading, one line, two frames. Letters are text.
 
-use std::fmt::Write as _;
-
-pub(super) use super::lines::text;
 use super::lines::{TimeScale, axis, lane};
-use super::spans::{BandKind, RowBand, TEXT, TimingDiagram};
+use super::spans::{BandKind, RowBand, TimingDiagram};
 use crate::num::{greater, lesser};
-use crate::report::escape::escaped;
+use crate::report::escape::{escaped, svg_text as text};
 use crate::report::record::Phase;
 
 const WIDTH_PX: f64 = 960.0;
@@ -103,12 +100,10 @@ fn two_frames(body: &mut String, diagram: &TimingDiagram, top_px: f64) -> f64 {
     text(body, RIGHT_PX, top_px, "s e", &line);
     let scale = TimeScale { left_px: LEFT_PX, right_px: RIGHT_PX, start_us: 0.0, end_us: 2.0 * frame_us };
     let rows_px = legend(body, diagram, top_px + 24.0) + 14.0;
-    writeln!(
-        body,
-        "<rect x=\"{LEFT_PX}\" y=\"{rows_px:.1}\" width=\"{}\" height=\"{ROWS_PX}\" class=\"bed\" opacity=\".5\"/>",
+    *body += &format!(
+        "<rect x=\"{LEFT_PX}\" y=\"{rows_px:.1}\" width=\"{}\" height=\"{ROWS_PX}\" class=\"bed\" opacity=\".5\"/>\n",
         RIGHT_PX - LEFT_PX
-    )
-    .expect(TEXT);
+    );
     text(body, LEFT_PX - 10.0, rows_px + 11.0, "l e", "row 0");
     text(body, LEFT_PX - 10.0, rows_px + ROWS_PX, "l e", &format!("row {}", diagram.rows - 1));
     body.push_str("<g clip-path=\"url(#rows)\">\n");
@@ -116,7 +111,7 @@ fn two_frames(body: &mut String, diagram: &TimingDiagram, top_px: f64) -> f64 {
     body.push_str("</g>\n");
     for frame in [0.0, 1.0, 2.0] {
         let x_px = scale.x_px(frame * frame_us);
-        writeln!(body, "<path d=\"M{x_px:.1} {rows_px:.1}V{:.1}\" class=\"z\"/>", rows_px + ROWS_PX).expect(TEXT);
+        *body += &format!("<path d=\"M{x_px:.1} {rows_px:.1}V{:.1}\" class=\"z\"/>\n", rows_px + ROWS_PX);
     }
     let mut y_px = rows_px + ROWS_PX + 8.0;
     for (name, spans) in by_lane(&diagram.lanes) {
@@ -147,12 +142,10 @@ fn legend(body: &mut String, diagram: &TimingDiagram, y_px: f64) -> f64 {
     let mut x_px = LEFT_PX;
     for (name, class) in names {
         let opacity = if class == "c" { 1.0 } else { 0.55 };
-        writeln!(
-            body,
-            "<rect x=\"{x_px:.1}\" y=\"{:.1}\" width=\"12\" height=\"12\" rx=\"2\" class=\"{class}\" opacity=\"{opacity}\"/>",
+        *body += &format!(
+            "<rect x=\"{x_px:.1}\" y=\"{:.1}\" width=\"12\" height=\"12\" rx=\"2\" class=\"{class}\" opacity=\"{opacity}\"/>\n",
             y_px - 10.5
-        )
-        .expect(TEXT);
+        );
         text(body, x_px + 18.0, y_px, "l", &name);
         x_px += 96.0;
     }
@@ -173,10 +166,8 @@ fn push_band(body: &mut String, band: &RowBand, scale: &TimeScale, top_px: f64) 
         BandKind::Exposure { slot } => (exposure_class(slot), if band.frame % 2 == 1 { 0.62 } else { 0.4 }, ""),
         BandKind::Readout => ("c", 1.0, " style=\"stroke:var(--c);stroke-width:1.5\""),
     };
-    writeln!(
-        body,
+    *body += &format!(
         "<path d=\"M{first_start:.1} {top_px:.1}L{first_end:.1} {top_px:.1}L{last_end:.1} {bottom_px:.1}L{last_start:.1} \
-         {bottom_px:.1}Z\" class=\"{class}\" opacity=\"{opacity}\"{edge}/>"
-    )
-    .expect(TEXT);
+         {bottom_px:.1}Z\" class=\"{class}\" opacity=\"{opacity}\"{edge}/>\n"
+    );
 }
