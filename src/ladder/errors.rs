@@ -14,10 +14,9 @@ pub struct Squares {
 }
 
 impl Squares {
-    /// Adds those of another picture.
-    pub fn add(&mut self, other: Self) {
-        self.sum += other.sum;
-        self.pixels += other.pixels;
+    /// Those of several pictures together.
+    pub fn sum(pictures: impl Iterator<Item = Self>) -> Self {
+        pictures.fold(Self::default(), |all, one| Self { sum: all.sum + one.sum, pixels: all.pixels + one.pixels })
     }
 
     /// Their mean; 0 without a pixel, and where the reference's noise outweighs the error.

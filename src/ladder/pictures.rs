@@ -53,9 +53,7 @@ pub struct RenderedCodes {
 
 /// Mean of all pictures' squares.
 pub fn mean_square(errors: &[Squares]) -> f64 {
-    let mut sum = Squares::default();
-    errors.iter().for_each(|&one| sum.add(one));
-    sum.mean()
+    Squares::sum(errors.iter().copied()).mean()
 }
 
 /// Renders every setting's pictures `repeats` times, in turns; the first pass gives the error, every pass the cost.
@@ -162,12 +160,12 @@ pub fn sense_all(
     settings: &[Setting],
     repeats: u32,
 ) -> Result<Vec<Sensing>, Error> {
-    let mut all = Vec::with_capacity(settings.len());
-    for setting in settings {
+    let sensing = |setting: &Setting| -> Result<Sensing, Error> {
         let setup = bench.setup_of(setting)?;
         let errors = effect_errors(bench, reference, &setup);
-        all.push(Sensing { setting: setting.clone(), setup, errors, cost: MeasuredCost::UNKNOWN });
-    }
+        Ok(Sensing { setting: setting.clone(), setup, errors, cost: MeasuredCost::UNKNOWN })
+    };
+    let mut all = settings.iter().map(sensing).collect::<Result<Vec<_>, _>>()?;
     let chains: Vec<_> = all.iter().map(|one| one.setup.first_chain()).collect();
     let mut best = vec![vec![MeasuredCost::UNKNOWN; reference.judged.len()]; settings.len()];
     for repeat in 0..repeats {

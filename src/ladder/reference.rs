@@ -136,12 +136,7 @@ impl Halves {
 
     /// Of the first slot, which is the longest exposure.
     fn squares(&self, bench: &LadderBench<'_>) -> Squares {
-        let judge = bench.judge();
-        let mut squares = Squares::default();
-        for slots in &self.sums {
-            squares.add(judge.standard_error(&self.truth(&slots[0])));
-        }
-        squares
+        Squares::sum(self.sums.iter().map(|slots| bench.judge().standard_error(&self.truth(&slots[0]))))
     }
 }
 

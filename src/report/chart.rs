@@ -61,6 +61,13 @@ pub(crate) struct Series<'a> {
     pub runs: Vec<Vec<(f64, f64)>>,
 }
 
+impl<'a> Series<'a> {
+    /// A line of this many pixels' width.
+    pub fn line(name: &'a str, ink: Ink, width_px: u32, runs: Vec<Vec<(f64, f64)>>) -> Self {
+        Self { name, ink, shape: SeriesShape::Line(width_px), runs }
+    }
+}
+
 /// Words beside a point.
 pub(crate) struct Note {
     /// In the axes' units.
@@ -88,7 +95,12 @@ pub(crate) struct Axes<'a> {
     pub notes: Vec<Note>,
 }
 
-impl Axes<'_> {
+impl<'a> Axes<'a> {
+    /// A figure over the run's time.
+    pub fn over_time(title: &'a str, y_label: &'a str) -> Self {
+        Self { title, x_label: "time in s", y_label, ..Self::default() }
+    }
+
     /// A point in the axes' own coordinates, logarithms where an axis is logarithmic; none where it has no place for it.
     fn placed(&self, (x, y): (f64, f64)) -> Option<(f64, f64)> {
         let place = |is_log: bool, value: f64| if is_log { libm::log10(value) } else { value };
@@ -301,7 +313,7 @@ mod tests {
     use super::*;
 
     fn line(points: &[(f64, f64)]) -> Series<'static> {
-        Series { name: "a", ink: Ink::One, shape: SeriesShape::Line(2), runs: vec![points.to_vec()] }
+        Series::line("a", Ink::One, 2, vec![points.to_vec()])
     }
 
     fn axes(equal: bool) -> Axes<'static> {

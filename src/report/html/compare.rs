@@ -6,7 +6,7 @@ use base64::engine::general_purpose::STANDARD;
 use super::parts::section;
 use crate::num::{f64_from_usize, greater, lesser};
 use crate::plane::Plane;
-use crate::report::chart::{Axes, Ink, Series, SeriesShape, chart, runs_of};
+use crate::report::chart::{Axes, Ink, Series, chart, runs_of};
 use crate::report::compare::{Against, Comparison, FigureDifference, FinishedRun, RunHead, Verdict};
 use crate::report::html::frames::png;
 use crate::report::html::page;
@@ -281,17 +281,12 @@ fn curves(runs: &[FinishedRun], names: &[String]) -> String {
                 let frames = runs[place].report.frames.iter().enumerate();
                 let points = frames.map(|(k, frame)| (frame.t_s, values(place, k, frame)));
                 let width_px = if place == 0 { 3 } else { 2 };
-                Series {
-                    name: &names[place],
-                    ink: INKS[place],
-                    shape: SeriesShape::Line(width_px),
-                    runs: runs_of(points),
-                }
+                Series::line(&names[place], INKS[place], width_px, runs_of(points))
             })
             .collect()
     };
     let one = |title: &str, y_label: &str, values: &dyn Fn(usize, usize, &FrameRecord) -> Option<f64>| {
-        let axes = Axes { title, x_label: "time in s", y_label, from_zero: true, ..Axes::default() };
+        let axes = Axes { from_zero: true, ..Axes::over_time(title, y_label) };
         format!("<div><h3>{title}</h3>{}</div>", chart(&axes, &series(values)))
     };
     let charts = [

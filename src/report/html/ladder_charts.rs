@@ -106,8 +106,7 @@ fn plot(
         series.push(Series { name: "in use", ink: Ink::One, shape: SeriesShape::Ring, runs });
     }
     if let Some((level, name)) = level {
-        let runs = vec![vec![(from, level), (to, level)]];
-        series.push(Series { name, ink: Ink::One, shape: SeriesShape::Line(1), runs });
+        series.push(Series::line(name, Ink::One, 1, vec![vec![(from, level), (to, level)]]));
     }
     let axes =
         Axes { title, x_label: "processor time in ms a frame", y_label, x_log: true, y_log, notes, ..Axes::default() };

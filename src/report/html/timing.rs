@@ -54,16 +54,9 @@ fn lanes(phases: &[Phase], length_us: f64) -> String {
     if phases.is_empty() || length_us <= 0.0 {
         return "<p class=\"note\">No spans were recorded.</p>".to_owned();
     }
-    let mut names: Vec<&str> = Vec::new();
-    for phase in phases {
-        if !names.contains(&phase.lane.as_str()) {
-            names.push(&phase.lane);
-        }
-    }
     let mut html = String::from("<div class=\"lanes\">");
-    for name in names {
-        let spans: String =
-            phases.iter().filter(|phase| phase.lane == name).map(|phase| span(phase, length_us)).collect();
+    for (name, phases) in Phase::by_lane(phases) {
+        let spans: String = phases.iter().map(|phase| span(phase, length_us)).collect();
         html += &format!("<div>{}</div><div class=\"lane\">{spans}</div>", escaped(name));
     }
     let axis =

@@ -62,18 +62,6 @@ fn heading(diagram: &TimingDiagram) -> String {
     body
 }
 
-/// Spans by lane, in the order in which lanes first occur.
-fn by_lane(phases: &[Phase]) -> Vec<(&str, Vec<&Phase>)> {
-    let mut lanes: Vec<(&str, Vec<&Phase>)> = Vec::new();
-    for phase in phases {
-        match lanes.iter_mut().find(|(name, _)| *name == phase.lane) {
-            Some((_, spans)) => spans.push(phase),
-            None => lanes.push((&phase.lane, vec![phase])),
-        }
-    }
-    lanes
-}
-
 /// Draws the spans of a line from a height on; gives the height where they end.
 fn one_line(body: &mut String, diagram: &TimingDiagram, top_px: f64) -> f64 {
     let timing = &diagram.timing;
@@ -82,7 +70,7 @@ fn one_line(body: &mut String, diagram: &TimingDiagram, top_px: f64) -> f64 {
     let end_us = timing.line.iter().fold(timing.line_time_us, |end_us, phase| greater(end_us, phase.end_us));
     let scale = TimeScale { left_px: LEFT_PX, right_px: RIGHT_PX, start_us: 0.0, end_us };
     let mut y_px = top_px + 16.0;
-    for (name, spans) in by_lane(&timing.line) {
+    for (name, spans) in Phase::by_lane(&timing.line) {
         text(body, MARGIN_PX, y_px + 20.0, "l", name);
         y_px = lane(body, &scale, &spans, timing.line_time_us, y_px);
     }
@@ -114,7 +102,7 @@ fn two_frames(body: &mut String, diagram: &TimingDiagram, top_px: f64) -> f64 {
         *body += &format!("<path d=\"M{x_px:.1} {rows_px:.1}V{:.1}\" class=\"z\"/>\n", rows_px + ROWS_PX);
     }
     let mut y_px = rows_px + ROWS_PX + 8.0;
-    for (name, spans) in by_lane(&diagram.lanes) {
+    for (name, spans) in Phase::by_lane(&diagram.lanes) {
         text(body, MARGIN_PX, y_px + 20.0, "l", name);
         let shown: Vec<Phase> = spans.into_iter().filter_map(|span| within(span, 2.0 * frame_us)).collect();
         y_px = lane(body, &scale, &shown.iter().collect::<Vec<_>>(), 0.0, y_px);
