@@ -55,7 +55,6 @@ pub struct ChosenSetting {
 pub const PILOT_FRAMES: u32 = 12;
 /// Settings that take at most this many times as long as the fastest that meets the goal are timed again.
 const NEARLY: f64 = 1.1;
-/// How often.
 const TIMED_AGAIN: u32 = 1;
 /// Factor on a measured error, for frames that were not measured.
 const MARGIN: f64 = 1.05;

@@ -30,7 +30,6 @@ pub struct Rendered {
 pub struct Sensing {
     /// Rung and effects count.
     pub setting: Setting,
-    /// Ready to sense.
     pub setup: Setup,
     /// Of each picture: what the effects left out change.
     pub errors: Vec<Squares>,
@@ -38,12 +37,10 @@ pub struct Sensing {
     pub cost: MeasuredCost,
 }
 
-/// What came out of a render and a chain together.
+/// What came out of a render and a chain together, against the reference.
 #[derive(Clone, Copy, Debug)]
 pub struct RenderedCodes {
-    /// Against the reference's.
     pub codes: CodeError,
-    /// Against the reference's.
     pub features: SharedFeatures,
     /// Of sensor and extractor, over the reference's, less 1.
     pub energy_error: f64,
@@ -51,7 +48,6 @@ pub struct RenderedCodes {
     pub compute: MeasuredCost,
 }
 
-/// Mean of all pictures' squares.
 pub fn mean_square(errors: &[Squares]) -> f64 {
     Squares::sum(errors.iter().copied()).mean()
 }
@@ -130,7 +126,6 @@ pub fn render_until(
     }
 }
 
-/// One picture of a setting.
 struct RenderedPicture {
     photons: Vec<Plane<f32>>,
     error: Squares,

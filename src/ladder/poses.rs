@@ -16,11 +16,8 @@ pub const LATER_STAGES: [&str; 3] = ["link", "host_link", "tracker"];
 /// What a run of one setting showed.
 #[derive(Clone, Debug, Default)]
 pub struct Poses {
-    /// Position error.
     pub ate_m: Option<f64>,
-    /// Second-difference jitter.
     pub jitter_d2_m: Option<f64>,
-    /// Share of frames with a pose.
     pub tracked_fraction: f64,
     /// Why there is no position error.
     pub reason: Option<String>,

@@ -22,7 +22,6 @@ use crate::scene::lit::BOUNCES_MAX;
 /// so that the same rows have poses every time.
 const POSE_RAYS_SHARE: f64 = 0.7;
 
-/// Everything that was measured of a scenario.
 struct LadderMeasurements<'a> {
     bench: &'a LadderBench<'a>,
     options: LadderOptions,

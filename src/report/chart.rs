@@ -47,11 +47,9 @@ pub(crate) enum SeriesShape {
     Line(u32),
     /// The same with a dot at each point.
     Marked(u32),
-    /// A ring around each point.
     Ring,
 }
 
-/// Points that belong together.
 pub(crate) struct Series<'a> {
     /// For the legend.
     pub name: &'a str,
@@ -90,7 +88,6 @@ pub(crate) struct Axes<'a> {
     pub y_log: bool,
     /// One unit is as long on both axes.
     pub equal: bool,
-    /// The vertical axis starts at zero.
     pub from_zero: bool,
     pub notes: Vec<Note>,
 }

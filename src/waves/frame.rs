@@ -6,7 +6,6 @@ use super::plan::WavePlan;
 use super::signals::{Recorder, SignalId, SignalKind, Value};
 use crate::units::RowIndex;
 
-/// Where the frame's signals go.
 #[derive(Debug)]
 pub struct FrameSignals {
     frame_valid: SignalId,

@@ -42,7 +42,6 @@ impl Lanes {
     }
 }
 
-/// Where the lanes' pins go.
 #[derive(Debug)]
 pub struct LaneSignals {
     lane_clk: SignalId,
@@ -105,7 +104,6 @@ impl LaneSignals {
     }
 }
 
-/// Where the link's signals go.
 #[derive(Debug)]
 pub struct LinkSignals {
     request: SignalId,

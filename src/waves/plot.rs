@@ -35,7 +35,6 @@ text{fill:var(--ink)}.s{fill:var(--soft);font-size:12px}.h{font-weight:650;font-
 /// A signal over the line: instants in picoseconds with what holds from then on, the first of them at the line's start.
 type Curve = Vec<(u64, f64)>;
 
-/// One column over the line.
 struct PlotColumn<'a> {
     name: &'a str,
     input_mv: Curve,

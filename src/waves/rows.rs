@@ -28,9 +28,7 @@ pub struct LineClocks {
     pub line_adc_clk: u64,
     /// Array row of the first line, and the distance from line to line.
     pub first_row: u32,
-    /// As above.
     pub row_step: u32,
-    /// Rows that follow each other.
     pub rows: u32,
 }
 
@@ -119,7 +117,6 @@ const PINS: &[Pin] = &[
     pin("ramp", "count", 17, |out| out.ramp.count.into()),
 ];
 
-/// Where the core's pins go.
 #[derive(Debug)]
 pub struct CoreSignals {
     pins: Vec<SignalId>,

@@ -3,7 +3,7 @@
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
-use super::parts::section;
+use super::parts::{section, table};
 use crate::num::{f64_from_usize, greater, lesser};
 use crate::plane::Plane;
 use crate::report::chart::{Axes, Ink, Series, chart, runs_of};
@@ -66,11 +66,9 @@ fn header(comparison: &Comparison, names: &[String]) -> String {
     };
     let heads = std::iter::once(&comparison.base).chain(comparison.others.iter().map(|other| &other.run));
     let rows: String = heads.zip(names).map(row).collect();
+    let table = table("", "", "run|folder|scenario|#seed|#frames|config", &rows);
     format!(
-        "<header class=\"top\"><p class=\"kicker\">sensel \u{b7} compare</p><h1>{}: {} against A</h1>\
-         <div class=\"scroll\" tabindex=\"0\"><table><thead><tr>\
-         <th scope=\"col\">run</th><th scope=\"col\">folder</th><th scope=\"col\">scenario</th><th scope=\"col\" class=\"num\">seed</th>\
-         <th scope=\"col\" class=\"num\">frames</th><th scope=\"col\">config</th></tr></thead><tbody>{rows}</tbody></table></div></header>",
+        "<header class=\"top\"><p class=\"kicker\">sensel \u{b7} compare</p><h1>{}: {} against A</h1>{table}</header>",
         escaped(&comparison.base.scenario),
         names[1..].join(", ")
     )
@@ -121,10 +119,7 @@ fn config(other: &Against, name: &str) -> String {
             format!("<tr><th scope=\"row\"><code>{name}</code></th>{}{}</tr>", cell(&key.a), cell(&key.b))
         })
         .collect();
-    let table = format!(
-        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"configuration\"><table><thead><tr><th scope=\"col\">key</th>\
-         <th scope=\"col\">A</th><th scope=\"col\">{name}</th></tr></thead><tbody>{rows}</tbody></table></div>"
-    );
+    let table = table("configuration", "", &format!("key|A|{name}"), &rows);
     let lead = match other.config.len() {
         1 => "One key of the effective configuration differs.".to_owned(),
         count => format!("{count} keys of the effective configuration differ."),
@@ -163,14 +158,9 @@ pub fn range([low, high]: [f64; 2], unit: &str) -> String {
 
 fn figures(other: &Against, name: &str) -> String {
     let rows: String = other.figures.iter().map(figure_row).collect();
-    let table = format!(
-        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"figures of {name} against A\">\
-         <table class=\"figures\"><thead><tr>\
-         <th scope=\"col\">figure</th><th scope=\"col\" class=\"num\">A</th><th scope=\"col\" class=\"num\">{name}</th>\
-         <th scope=\"col\" class=\"num\">difference</th><th scope=\"col\" class=\"num\">95 % interval</th>\
-         <th scope=\"col\">\u{2212}100 % \u{2026} 0 \u{2026} +100 % of A</th><th scope=\"col\">verdict</th></tr></thead>\
-         <tbody>{rows}</tbody></table></div>"
-    );
+    let scale = "\u{2212}100 % \u{2026} 0 \u{2026} +100 % of A";
+    let heads = format!("figure|#A|#{name}|#difference|#95 % interval|{scale}|verdict");
+    let table = table(&format!("figures of {name} against A"), "figures", &heads, &rows);
     let lead = if other.paired_runs > 1 {
         "Means over pairs of runs; intervals by Student's t over the pairs. Pictures and curves are those of the first pair."
     } else {

@@ -1,6 +1,6 @@
 //! Energy by block with its uncertainty, the constants that decided it, and every constant with its source.
 
-use super::parts::section;
+use super::parts::{section, table};
 use crate::report::energy_record::Interval;
 use crate::report::html::bars::{Bar, bars};
 use crate::report::html::text::{digits, digits_within, escaped, grouped, percent, si_within};
@@ -71,12 +71,6 @@ fn entries(report: &Report) -> String {
             escaped(&entry.source)
         );
     }
-    format!(
-        "<details><summary>Every event and constant</summary><div class=\"scroll\" tabindex=\"0\"><table><thead><tr>\
-         <th scope=\"col\">event</th><th scope=\"col\">block</th><th scope=\"col\">rail</th>\
-         <th scope=\"col\" class=\"num\">per frame</th><th scope=\"col\" class=\"num\">constant</th>\
-         <th scope=\"col\" class=\"num\">within</th>\
-         <th scope=\"col\" class=\"num\">energy</th><th scope=\"col\">source</th></tr></thead><tbody>{rows}</tbody>\
-         </table></div></details>"
-    )
+    let heads = "event|block|rail|#per frame|#constant|#within|#energy|source";
+    format!("<details><summary>Every event and constant</summary>{}</details>", table("", "", heads, &rows))
 }

@@ -27,7 +27,6 @@ pub(super) fn in_use(record: &LadderRecord) -> Option<&LadderRow> {
     record.rows.iter().find(|row| row.knob == "rung" && row.rung == "sampled")
 }
 
-/// The four rungs as bars of their time.
 pub(super) fn rungs(record: &LadderRecord) -> String {
     let of = |name: &str| record.rows.iter().find(|row| row.knob == "rung" && row.rung == name);
     let times = || RUNGS.iter().filter_map(|(name, _)| of(name)).map(|row| row.ms_per_frame).filter(|ms| *ms > 0.0);

@@ -1,6 +1,6 @@
 //! Errors of the pose on their own axes: a few millimetres do not show on axes of metres.
 
-use super::parts::section;
+use super::parts::{section, table};
 use crate::report::chart::{Axes, Ink, Series, chart, runs_of};
 use crate::report::html::text::{digits, escaped, percent, si};
 use crate::report::record::{FrameRecord, Report};
@@ -70,12 +70,8 @@ pub(super) fn fused_and_alone(report: &Report) -> String {
             cell(of_fused, "tracking")
         )
     };
-    let table = format!(
-        "<div class=\"scroll\" tabindex=\"0\">\
-         <table><thead><tr><th scope=\"col\">figure</th><th scope=\"col\" class=\"num\">cameras alone</th>\
-         <th scope=\"col\" class=\"num\">fused with the inertial unit</th></tr></thead><tbody>{}</tbody></table></div>",
-        rows.iter().map(row).collect::<String>()
-    );
+    let heads = "figure|#cameras alone|#fused with the inertial unit";
+    let table = table("", "", heads, &rows.iter().map(row).collect::<String>());
     let lead = "The same packets, tracked twice. The inertial unit smooths the pose, so the cameras alone show what the sensor does.";
     section("Cameras alone and fused", lead, &table)
 }

@@ -10,7 +10,6 @@ const HEIGHT: f64 = 120.0;
 /// Colours of the blocks, told apart in light and dark and without red against green.
 const COLOURS: [&str; 6] = ["#4477aa", "#ee6677", "#ccbb44", "#228833", "#66ccee", "#aa3377"];
 
-/// The strip with its legend.
 pub(super) fn strip(line: &LinePower) -> String {
     if line.line_us <= 0.0 || line.peak_mw <= 0.0 {
         return String::new();

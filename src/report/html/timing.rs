@@ -1,6 +1,6 @@
 //! Where the time of a line and of a frame goes, as lanes, with the same spans as a table.
 
-use super::parts::section;
+use super::parts::{self, section};
 use crate::num::{f64_from_u64, f64_from_usize};
 use crate::report::html::power_strip;
 use crate::report::html::text::{digits, escaped, grouped, si};
@@ -81,11 +81,6 @@ fn table(report: &Report) -> String {
         format!("<tr><th scope=\"row\">{}</th><td>{}</td>{cells}</tr>", escaped(&phase.name), escaped(&phase.lane))
     };
     let rows: String = report.timing.line.iter().chain(&report.timing.frame).map(row).collect();
-    format!(
-        "<details><summary>The same as numbers</summary><div class=\"scroll\" tabindex=\"0\"><table><thead><tr><th scope=\"col\">span\
-         </th><th scope=\"col\">of</th>\
-         <th scope=\"col\" class=\"num\">from</th><th scope=\"col\" class=\"num\">to</th>\
-         <th scope=\"col\" class=\"num\">length</th></tr></thead>\
-         <tbody>{rows}</tbody></table></div></details>"
-    )
+    let table = parts::table("", "", "span|of|#from|#to|#length", &rows);
+    format!("<details><summary>The same as numbers</summary>{table}</details>")
 }

@@ -11,7 +11,6 @@ const EXPOSED: [f64; 2] = [0.05, 0.8];
 /// Render variance over photon variance up to which the figures are the sensor's.
 const RENDER_MAX: f64 = 0.4;
 
-/// What a line says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Answer {
     Yes,
@@ -20,7 +19,6 @@ enum Answer {
     Open,
 }
 
-/// An answer with its reason.
 type Verdict = (Answer, String);
 
 pub(super) fn verdict(report: &Report) -> String {

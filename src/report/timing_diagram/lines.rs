@@ -71,7 +71,6 @@ pub(super) fn lane(body: &mut String, scale: &TimeScale, spans: &[&Phase], full_
     y_px + LANE_PX + callouts_px + GAP_PX
 }
 
-/// A length in the unit of the axis.
 fn duration(scale: &TimeScale, length_us: f64) -> String {
     let (unit_us, unit) = scale.unit();
     format!("{:.3} {unit}", length_us / unit_us)
@@ -114,7 +113,6 @@ fn step_us(length_us: f64) -> f64 {
     factor * power
 }
 
-/// The axis with its ticks.
 pub(super) fn axis(body: &mut String, scale: &TimeScale, y_px: f64) -> f64 {
     let step = step_us(scale.end_us - scale.start_us);
     let (unit_us, unit) = scale.unit();
