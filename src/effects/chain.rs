@@ -97,14 +97,17 @@ impl Chain {
     /// The same sensor with its converters on another rung: clock by clock, or in closed form.
     #[must_use]
     pub fn on_rung(mut self, rung: Rung) -> Self {
-        self.readings = self.readings.into_iter().map(|reading| reading.on_rung(rung)).collect();
+        let on_rung = |reading: Reading| Reading { converter: reading.converter.at(rung), ..reading };
+        self.readings = self.readings.into_iter().map(on_rung).collect();
         self
     }
 
     /// The same sensor with its columns' counters in Verilog where they go clock by clock.
     #[must_use]
     pub fn in_verilog(mut self, verilog: Option<&SharedRtlSimulator>) -> Self {
-        self.readings = self.readings.into_iter().map(|reading| reading.in_verilog(verilog.cloned())).collect();
+        let in_verilog =
+            |reading: Reading| Reading { converter: reading.converter.in_verilog(verilog.cloned()), ..reading };
+        self.readings = self.readings.into_iter().map(in_verilog).collect();
         self
     }
 

@@ -110,6 +110,11 @@ impl Setting {
         self.rays == other.rays && self.reflections == other.reflections
     }
 
+    /// Whether two settings make the same codes of the same photons.
+    pub(super) fn senses_as(&self, other: &Self) -> bool {
+        self.rung == other.rung && self.effects == other.effects
+    }
+
     /// For a person.
     pub fn words(&self) -> String {
         let effects = match &self.effects {

@@ -123,20 +123,11 @@ fn curve_of(waves: &Waves, scope: &str, name: &str, end_ps: u64, start_ps: u64) 
     let Some(signal) = waves.find(scope, name) else { return Vec::new() };
     let kind = waves.signals[signal.0].kind;
     let mut curve: Curve = Vec::new();
-    for (time_ps, value) in waves.of(signal) {
-        if time_ps >= end_ps {
-            break;
-        }
-        let Some(value) = number(value, kind) else {
-            if time_ps <= start_ps {
-                curve.clear();
-            }
-            continue;
-        };
+    for (time_ps, value) in waves.of(signal).into_iter().take_while(|change| change.0 < end_ps) {
         if time_ps <= start_ps {
             curve.clear();
         }
-        curve.push((time_ps.max(start_ps), value));
+        curve.extend(number(value, kind).map(|value| (time_ps.max(start_ps), value)));
     }
     curve
 }

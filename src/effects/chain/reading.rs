@@ -9,9 +9,7 @@ use crate::adc::{self, Columns, Converter, RowWork};
 use crate::draw::{DrawKey, RowPlace};
 use crate::effect::{Domain, Effect};
 use crate::events::Events;
-use crate::fidelity::Rung;
 use crate::pixel;
-use crate::rtl_simulator::SharedRtlSimulator;
 
 impl Reading {
     /// The reading of that number; effects of earlier domains are left to the caller.
@@ -42,16 +40,6 @@ impl Reading {
     /// Effects on sensed electrons and on microvolts, in physical order.
     pub fn effects(&self) -> impl Iterator<Item = &dyn Effect> {
         self.effects.iter().map(AsRef::as_ref)
-    }
-
-    /// The same with its converters on another rung.
-    pub fn on_rung(self, rung: Rung) -> Self {
-        Self { converter: self.converter.at(rung), ..self }
-    }
-
-    /// The same with its columns' counters in Verilog where they go clock by clock.
-    pub fn in_verilog(self, verilog: Option<SharedRtlSimulator>) -> Self {
-        Self { converter: self.converter.in_verilog(verilog), ..self }
     }
 
     /// The converters of a die, of the columns that are read; none named: all.

@@ -66,20 +66,12 @@ fn haloed(path: &str, colour: &str) -> String {
 
 /// Circles of radius 6 px.
 fn rings(places: impl Iterator<Item = (f64, f64)>) -> String {
-    let mut path = String::new();
-    for (x, y) in places {
-        path += &format!("M{:.1} {y:.1}a6 6 0 1 0 12 0a6 6 0 1 0-12 0", x - 6.0);
-    }
-    path
+    places.map(|(x, y)| format!("M{:.1} {y:.1}a6 6 0 1 0 12 0a6 6 0 1 0-12 0", x - 6.0)).collect()
 }
 
 /// Crosses of 8 px.
 fn ticks(places: impl Iterator<Item = (f64, f64)>) -> String {
-    let mut path = String::new();
-    for (x, y) in places {
-        path += &format!("M{:.1} {:.1}l8 8m0-8l-8 8", x - 4.0, y - 4.0);
-    }
-    path
+    places.map(|(x, y)| format!("M{:.1} {:.1}l8 8m0-8l-8 8", x - 4.0, y - 4.0)).collect()
 }
 
 pub(super) fn png(values: &Plane<u8>) -> Vec<u8> {
