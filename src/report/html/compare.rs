@@ -7,7 +7,7 @@ use super::parts::{section, table};
 use crate::num::{f64_from_usize, greater, lesser};
 use crate::plane::Plane;
 use crate::report::chart::{Axes, Ink, Series, chart, runs_of};
-use crate::report::compare::{Against, Comparison, FigureDifference, FinishedRun, RunHead, Verdict};
+use crate::report::compare::{Against, Comparison, FigureDifference, FinishedRun, KeyDifference, RunHead, Verdict};
 use crate::report::html::frames::png;
 use crate::report::html::page;
 use crate::report::html::text::{digits, escaped, si};
@@ -111,14 +111,11 @@ fn config(other: &Against, name: &str) -> String {
         Some(value) => format!("<td><code>{}</code></td>", escaped(value)),
         None => "<td class=\"note\">not set</td>".to_owned(),
     };
-    let rows: String = other
-        .config
-        .iter()
-        .map(|key| {
-            let name = escaped(&key.key);
-            format!("<tr><th scope=\"row\"><code>{name}</code></th>{}{}</tr>", cell(&key.a), cell(&key.b))
-        })
-        .collect();
+    let row = |key: &KeyDifference| {
+        let name = escaped(&key.key);
+        format!("<tr><th scope=\"row\"><code>{name}</code></th>{}{}</tr>", cell(&key.a), cell(&key.b))
+    };
+    let rows: String = other.config.iter().map(row).collect();
     let table = table("configuration", "", &format!("key|A|{name}"), &rows);
     let lead = match other.config.len() {
         1 => "One key of the effective configuration differs.".to_owned(),
@@ -218,12 +215,11 @@ fn forest(figure: &FigureDifference) -> String {
 fn wiper(frames: &[ComparedFrame], names: &[String]) -> String {
     let Some(first) = frames.first() else { return String::new() };
     let uri = |picture: &Plane<u8>| format!("data:image/png;base64,{}", STANDARD.encode(png(picture)));
-    let mut sources = String::from("[");
-    for frame in frames {
+    let source = |frame: &ComparedFrame| {
         let list: Vec<String> = frame.pictures.iter().map(|picture| format!("\"{}\"", uri(picture))).collect();
-        sources += &format!("[{}],", list.join(","));
-    }
-    sources.push(']');
+        format!("[{}],", list.join(","))
+    };
+    let sources = format!("[{}]", frames.iter().map(source).collect::<String>());
     let options = |chosen: usize| {
         let option = |(place, name): (usize, &String)| {
             let selected = if place == chosen { " selected" } else { "" };
@@ -231,11 +227,10 @@ fn wiper(frames: &[ComparedFrame], names: &[String]) -> String {
         };
         names.iter().enumerate().map(option).collect::<String>()
     };
-    let captions: String = frames
-        .iter()
-        .enumerate()
-        .map(|(place, frame)| format!("<option value=\"{place}\">{}</option>", escaped(&frame.caption)))
-        .collect();
+    let caption = |(place, frame): (usize, &ComparedFrame)| {
+        format!("<option value=\"{place}\">{}</option>", escaped(&frame.caption))
+    };
+    let captions: String = frames.iter().enumerate().map(caption).collect();
     let (width, height) = (first.pictures[0].width_px(), first.pictures[0].height_px());
     let content = format!(
         "<div class=\"wiper-controls\"><label>frame <select id=\"wiper-frame\">{captions}</select></label>\
@@ -252,11 +247,8 @@ fn wiper(frames: &[ComparedFrame], names: &[String]) -> String {
         uri(&first.pictures[1.min(first.pictures.len() - 1)]),
         include_str!("wiper.js").replace("SOURCES", &sources)
     );
-    section(
-        "Pictures",
-        "Camera 0, codes as they left the converters. Drag the seam, or move it with the arrow keys.",
-        &content,
-    )
+    let lead = "Camera 0, codes as they left the converters. Drag the seam, or move it with the arrow keys.";
+    section("Pictures", lead, &content)
 }
 
 fn curves(runs: &[FinishedRun], names: &[String]) -> String {

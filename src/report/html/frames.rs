@@ -23,11 +23,8 @@ pub(super) fn frames(pictures: &FramePictures) -> String {
         sample(TRACKED, &rings([(16.0, 8.0)].into_iter())),
         sample(UNTRACKED, &ticks([(16.0, 8.0)].into_iter()))
     );
-    section(
-        "What the sensor saw",
-        "Frames as they left the converters, with the features that the sensor found in them.",
-        &format!("{legend}<div class=\"strip\">{strip}</div>"),
-    )
+    let lead = "Frames as they left the converters, with the features that the sensor found in them.";
+    section("What the sensor saw", lead, &format!("{legend}<div class=\"strip\">{strip}</div>"))
 }
 
 fn sample(colour: &str, path: &str) -> String {

@@ -53,12 +53,9 @@ fn sensor_tiles(report: &Report) -> String {
         interval_mw(energy.total_interval.low_pj),
         interval_mw(energy.total_interval.high_pj)
     );
+    let feature_rate = si(bandwidth.feature_bits_per_frame * fps, "bit/s");
     let reduction = match bandwidth.reduction {
-        Some(factor) => format!(
-            "Feature packets instead: {}, {}.",
-            si(bandwidth.feature_bits_per_frame * fps, "bit/s"),
-            factor_words(factor)
-        ),
+        Some(factor) => format!("Feature packets instead: {feature_rate}, {}.", factor_words(factor)),
         None => why_no_features(report),
     };
     let within = |value: f64, unit: &str| Some((digits_within(value, factor), unit.to_owned()));
@@ -79,11 +76,8 @@ fn sensor_tiles(report: &Report) -> String {
 
 /// Pixels over features, in words: features may need more.
 pub(super) fn factor_words(factor: f64) -> String {
-    if factor >= 1.0 {
-        format!("{} times less", digits(factor))
-    } else {
-        format!("{} times more", digits(1.0 / factor))
-    }
+    let (factor, than) = if factor >= 1.0 { (factor, "less") } else { (1.0 / factor, "more") };
+    format!("{} times {than}", digits(factor))
 }
 
 /// Why there is nothing to hold beside the pixels.

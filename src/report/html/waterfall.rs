@@ -29,10 +29,10 @@ pub(super) fn waterfall(report: &Report) -> String {
                 latency.host
             )
         }
-        None => format!(
-            "The last bit arrives {} after the middle of the exposure; no host is modelled.",
-            si(full_us * 1e-6, "s")
-        ),
+        None => {
+            let last = si(full_us * 1e-6, "s");
+            format!("The last bit arrives {last} after the middle of the exposure; no host is modelled.")
+        }
     };
     section("When is the pose there?", &lead, &parts)
 }

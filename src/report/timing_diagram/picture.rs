@@ -26,7 +26,6 @@ text{fill:var(--ink)}.s{fill:var(--soft)}.h{font-weight:650;font-size:15px}.t{fo
 .z{stroke:var(--rule);stroke-dasharray:3 4;fill:none}.a{fill:var(--a)}.b{fill:var(--b)}.c{fill:var(--c)}.d{fill:var(--d)}\
 .free{fill:url(#free)}.bed{fill:var(--grid)}";
 
-/// The picture.
 pub(super) fn svg(diagram: &TimingDiagram) -> String {
     let mut body = heading(diagram);
     let line_end_px = one_line(&mut body, diagram, 96.0);
@@ -110,14 +109,12 @@ fn two_frames(body: &mut String, diagram: &TimingDiagram, top_px: f64) -> f64 {
     axis(body, &scale, y_px)
 }
 
-/// The part of a span that the picture shows.
 fn within(span: &Phase, end_us: f64) -> Option<Phase> {
     let (start_us, end_us) = (greater(span.start_us, 0.0), lesser(span.end_us, end_us));
     // What begins with the end, but for rounding, is not in it.
     (start_us < end_us * (1.0 - 1e-9)).then(|| Phase { start_us, end_us, ..span.clone() })
 }
 
-/// What the colours mean.
 fn legend(body: &mut String, diagram: &TimingDiagram, y_px: f64) -> f64 {
     let slots = diagram.bands.iter().filter(|band| band.frame == 0 && band.kind != BandKind::Readout).count();
     let mut names: Vec<(String, String)> = (0..slots)
