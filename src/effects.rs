@@ -44,153 +44,101 @@ pub fn sampling(parameters: &Parameters) -> SampleTiming {
     SampleTiming { samples, interval_s: reset_s + 1e-6 * adc.settle_signal_us }
 }
 
+const fn entry(
+    name: &'static str,
+    summary: &'static str,
+    build: fn(&Parameters) -> Option<Box<dyn Effect>>,
+) -> EffectEntry {
+    EffectEntry { name, summary, build }
+}
+
 /// All effects in the order in which light and charge meet them.
 pub const ALL: &[EffectEntry] = &[
-    EffectEntry {
-        name: "prnu",
-        summary: "response differs from pixel to pixel, a pattern of the die",
-        build: |parameters| pixel::Prnu::from_params(&parameters.pixel),
-    },
-    EffectEntry {
-        name: "parasitic_light",
-        summary: "light on the storage node while a row waits for readout",
-        build: |parameters| pixel::ParasiticLight::from_params(&parameters.pixel),
-    },
-    EffectEntry {
-        name: "dead_pixels",
-        summary: "pixels of the die that see no light",
-        build: |parameters| pixel::DeadPixels::from_params(&parameters.pixel),
-    },
-    EffectEntry {
-        name: "shot_noise",
-        summary: "photoelectrons are counted: exact Poisson",
-        build: |parameters| pixel::ShotNoise::from_params(&parameters.pixel),
-    },
-    EffectEntry {
-        name: "dark_current",
-        summary: "thermal electrons over exposure and storage, with their own Poisson draw",
-        build: |parameters| pixel::DarkCurrent::from_params(&parameters.pixel),
-    },
-    EffectEntry {
-        name: "hot_pixels",
-        summary: "pixels of the die with additional dark current",
-        build: |parameters| pixel::HotPixels::from_params(&parameters.pixel),
-    },
-    EffectEntry {
-        name: "dsnu",
-        summary: "dark signal differs from pixel to pixel, a pattern of the die",
-        build: |parameters| pixel::Dsnu::from_params(&parameters.pixel),
-    },
-    EffectEntry {
-        name: "blooming",
-        summary: "charge beyond the well spills into neighbours",
-        build: |parameters| pixel::Blooming::from_params(&parameters.pixel),
-    },
-    EffectEntry {
-        name: "image_lag",
-        summary: "charge stays behind the transfer gate and is read with the next frame",
-        build: |parameters| pixel::ImageLag::from_params(&parameters.pixel),
-    },
-    EffectEntry {
-        name: "full_well",
-        summary: "charge beyond the well is lost",
-        build: |parameters| pixel::FullWell::from_params(&parameters.pixel),
-    },
-    EffectEntry {
-        name: "storage_leakage",
-        summary: "stored charge leaks away while a row waits for readout",
-        build: |parameters| pixel::StorageLeakage::from_params(&parameters.pixel),
-    },
-    EffectEntry {
-        name: "gain_compression",
-        summary: "conversion gain falls as the well fills",
-        build: |parameters| pixel::GainCompression::from_params(&parameters.pixel),
-    },
-    EffectEntry {
-        name: "die_gain",
-        summary: "conversion gain differs from die to die",
-        build: |parameters| pixel::DieGain::from_params(&parameters.pixel),
-    },
-    EffectEntry {
-        name: "rts_noise",
-        summary: "traps of source followers switch between two states",
-        build: |parameters| pixel::RtsNoise::from_params(&parameters.pixel, sampling(parameters)),
-    },
-    EffectEntry {
-        name: "flicker_noise",
-        summary: "source follower 1/f noise through the sampling",
-        build: |parameters| pixel::flicker_noise(&parameters.pixel, sampling(parameters)),
-    },
-    EffectEntry {
-        name: "ktc_noise",
-        summary: "reset noise that double sampling does not remove",
-        build: |parameters| pixel::ktc_noise(&parameters.pixel, parameters.adc.cds.samples()),
-    },
-    EffectEntry {
-        name: "read_noise",
-        summary: "source follower and column noise after double sampling",
-        build: |parameters| pixel::read_noise(&parameters.pixel, parameters.adc.cds.samples()),
-    },
-    EffectEntry {
-        name: "column_settling",
-        summary: "a column line that has not reached its signal when it is sampled",
-        build: |parameters| adc::ColumnSettling::from_params(&parameters.adc, &parameters.pixel),
-    },
-    EffectEntry {
-        name: "stuck_pixels",
-        summary: "pixels of the die at the bottom or the top of the range",
-        build: |parameters| pixel::StuckPixels::from_params(&parameters.pixel),
-    },
-    EffectEntry {
-        name: "column_gain",
-        summary: "gain differs from column to column, a pattern of the die",
-        build: |parameters| adc::ColumnGain::from_params(&parameters.adc),
-    },
-    EffectEntry {
-        name: "die_offset",
-        summary: "black level differs from die to die",
-        build: |parameters| pixel::DieOffset::from_params(&parameters.pixel),
-    },
-    EffectEntry {
-        name: "column_offset",
-        summary: "offset differs from column to column, what double sampling leaves of it",
-        build: |parameters| adc::ColumnOffset::from_params(&parameters.adc),
-    },
-    EffectEntry {
-        name: "column_noise",
-        summary: "noise that all rows of a column share in a frame",
-        build: |parameters| adc::column_noise(&parameters.adc),
-    },
-    EffectEntry {
-        name: "row_noise",
-        summary: "noise that all columns of a row share in a frame",
-        build: |parameters| adc::row_noise(&parameters.adc),
-    },
-    EffectEntry {
-        name: "row_offset",
-        summary: "offset differs from row to row, a pattern of the die",
-        build: |parameters| adc::row_offset(&parameters.adc),
-    },
-    EffectEntry {
-        name: "comparator_noise",
-        summary: "decision noise of the comparator, a draw a conversion and column",
-        build: |parameters| adc::comparator_noise(&parameters.adc),
-    },
-    EffectEntry {
-        name: "ramp_noise",
-        summary: "noise of the ramp, a draw a conversion for all columns",
-        build: |parameters| adc::ramp_noise(&parameters.adc),
-    },
-    EffectEntry {
-        name: "ramp_jitter",
-        summary: "jitter of the ramp's clock times the slope at each crossing",
-        build: |parameters| adc::RampJitter::from_params(&parameters.adc),
-    },
-    EffectEntry {
-        name: "supply_ripple",
-        summary: "a sine on the supply at the time of each crossing: bands",
-        build: |parameters| adc::SupplyRipple::from_params(&parameters.adc),
-    },
+    entry("prnu", "response differs from pixel to pixel, a pattern of the die", |parameters| {
+        pixel::Prnu::from_params(&parameters.pixel)
+    }),
+    entry("parasitic_light", "light on the storage node while a row waits for readout", |parameters| {
+        pixel::ParasiticLight::from_params(&parameters.pixel)
+    }),
+    entry("dead_pixels", "pixels of the die that see no light", |parameters| {
+        pixel::DeadPixels::from_params(&parameters.pixel)
+    }),
+    entry("shot_noise", "photoelectrons are counted: exact Poisson", |parameters| {
+        pixel::ShotNoise::from_params(&parameters.pixel)
+    }),
+    entry("dark_current", "thermal electrons over exposure and storage, with their own Poisson draw", |parameters| {
+        pixel::DarkCurrent::from_params(&parameters.pixel)
+    }),
+    entry("hot_pixels", "pixels of the die with additional dark current", |parameters| {
+        pixel::HotPixels::from_params(&parameters.pixel)
+    }),
+    entry("dsnu", "dark signal differs from pixel to pixel, a pattern of the die", |parameters| {
+        pixel::Dsnu::from_params(&parameters.pixel)
+    }),
+    entry("blooming", "charge beyond the well spills into neighbours", |parameters| {
+        pixel::Blooming::from_params(&parameters.pixel)
+    }),
+    entry("image_lag", "charge stays behind the transfer gate and is read with the next frame", |parameters| {
+        pixel::ImageLag::from_params(&parameters.pixel)
+    }),
+    entry("full_well", "charge beyond the well is lost", |parameters| pixel::FullWell::from_params(&parameters.pixel)),
+    entry("storage_leakage", "stored charge leaks away while a row waits for readout", |parameters| {
+        pixel::StorageLeakage::from_params(&parameters.pixel)
+    }),
+    entry("gain_compression", "conversion gain falls as the well fills", |parameters| {
+        pixel::GainCompression::from_params(&parameters.pixel)
+    }),
+    entry("die_gain", "conversion gain differs from die to die", |parameters| {
+        pixel::DieGain::from_params(&parameters.pixel)
+    }),
+    entry("rts_noise", "traps of source followers switch between two states", |parameters| {
+        pixel::RtsNoise::from_params(&parameters.pixel, sampling(parameters))
+    }),
+    entry("flicker_noise", "source follower 1/f noise through the sampling", |parameters| {
+        pixel::flicker_noise(&parameters.pixel, sampling(parameters))
+    }),
+    entry("ktc_noise", "reset noise that double sampling does not remove", |parameters| {
+        pixel::ktc_noise(&parameters.pixel, parameters.adc.cds.samples())
+    }),
+    entry("read_noise", "source follower and column noise after double sampling", |parameters| {
+        pixel::read_noise(&parameters.pixel, parameters.adc.cds.samples())
+    }),
+    entry("column_settling", "a column line that has not reached its signal when it is sampled", |parameters| {
+        adc::ColumnSettling::from_params(&parameters.adc, &parameters.pixel)
+    }),
+    entry("stuck_pixels", "pixels of the die at the bottom or the top of the range", |parameters| {
+        pixel::StuckPixels::from_params(&parameters.pixel)
+    }),
+    entry("column_gain", "gain differs from column to column, a pattern of the die", |parameters| {
+        adc::ColumnGain::from_params(&parameters.adc)
+    }),
+    entry("die_offset", "black level differs from die to die", |parameters| {
+        pixel::DieOffset::from_params(&parameters.pixel)
+    }),
+    entry("column_offset", "offset differs from column to column, what double sampling leaves of it", |parameters| {
+        adc::ColumnOffset::from_params(&parameters.adc)
+    }),
+    entry("column_noise", "noise that all rows of a column share in a frame", |parameters| {
+        adc::column_noise(&parameters.adc)
+    }),
+    entry("row_noise", "noise that all columns of a row share in a frame", |parameters| {
+        adc::row_noise(&parameters.adc)
+    }),
+    entry("row_offset", "offset differs from row to row, a pattern of the die", |parameters| {
+        adc::row_offset(&parameters.adc)
+    }),
+    entry("comparator_noise", "decision noise of the comparator, a draw a conversion and column", |parameters| {
+        adc::comparator_noise(&parameters.adc)
+    }),
+    entry("ramp_noise", "noise of the ramp, a draw a conversion for all columns", |parameters| {
+        adc::ramp_noise(&parameters.adc)
+    }),
+    entry("ramp_jitter", "jitter of the ramp's clock times the slope at each crossing", |parameters| {
+        adc::RampJitter::from_params(&parameters.adc)
+    }),
+    entry("supply_ripple", "a sine on the supply at the time of each crossing: bands", |parameters| {
+        adc::SupplyRipple::from_params(&parameters.adc)
+    }),
 ];
 
 /// Names of all effects, in physical order.

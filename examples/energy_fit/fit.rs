@@ -148,7 +148,7 @@ pub fn at_priors() -> Technology {
     let mut base = Technology::by_name("65nm").expect("it comes with the program");
     for group in GROUPS {
         for (&constant, &prior) in group.constants.iter().zip(group.prior) {
-            base.set(constant.name(), constant.unit().key(), prior).expect("priors are in range");
+            base.set(constant.name(), constant.unit().name(), prior).expect("priors are in range");
         }
     }
     base

@@ -26,7 +26,7 @@ fn main() -> std::io::Result<()> {
                 group.name,
                 constant.name(),
                 fitted.value(constant),
-                constant.unit().key()
+                constant.unit().name()
             );
         }
     }

@@ -25,7 +25,7 @@ pub fn with_table(text: &str, name: &str, table: &str) -> String {
 
 /// A technology file's text with the value of a constant replaced, to three digits.
 pub fn with_value(text: &str, constant: Constant, value: f64) -> String {
-    let head = format!("[constant.{}]\n{} = ", constant.name(), constant.unit().key());
+    let head = format!("[constant.{}]\n{} = ", constant.name(), constant.unit().name());
     let (before, rest) = text.split_once(&head).unwrap_or_else(|| panic!("the file has no {head}"));
     let (_, after) = rest.split_once('\n').expect("a line ends");
     format!("{before}{head}{}\n{after}", three_digits(value))

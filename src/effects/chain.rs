@@ -37,20 +37,9 @@ impl Chain {
         assert!(effects.is_sorted_by_key(|effect| effect.domain()), "effects are in physical order");
         let sensed = effects.partition_point(|effect| effect.domain() < Domain::SensedElectrons);
         let readings = vec![Reading::new(parameters.clone(), effects.split_off(sensed), 0, effects.len())];
-        let black = BlackRows::default();
-        let full_from_e = f32::INFINITY;
-        let chain = Self {
-            parameters,
-            gathering: effects,
-            readings,
-            merge: None,
-            black,
-            layout: None,
-            seed,
-            die_seed,
-            full_from_e,
-        };
-        chain.with_full_from()
+        let (black, full_from_e) = (BlackRows::default(), f32::INFINITY);
+        let (gathering, merge, layout) = (effects, None, None);
+        Self { parameters, gathering, readings, merge, black, layout, seed, die_seed, full_from_e }.with_full_from()
     }
 
     /// The same sensor that draws for every pixel, also where no draw can show: the slow twin, equal in every bit.
@@ -108,14 +97,17 @@ impl Chain {
     /// The same sensor with its converters on another rung: clock by clock, or in closed form.
     #[must_use]
     pub fn on_rung(mut self, rung: Rung) -> Self {
-        self.readings = self.readings.into_iter().map(|reading| reading.on_rung(rung)).collect();
+        let on_rung = |reading: Reading| Reading { converter: reading.converter.at(rung), ..reading };
+        self.readings = self.readings.into_iter().map(on_rung).collect();
         self
     }
 
     /// The same sensor with its columns' counters in Verilog where they go clock by clock.
     #[must_use]
     pub fn in_verilog(mut self, verilog: Option<&SharedRtlSimulator>) -> Self {
-        self.readings = self.readings.into_iter().map(|reading| reading.in_verilog(verilog.cloned())).collect();
+        let in_verilog =
+            |reading: Reading| Reading { converter: reading.converter.in_verilog(verilog.cloned()), ..reading };
+        self.readings = self.readings.into_iter().map(in_verilog).collect();
         self
     }
 
@@ -134,8 +126,7 @@ impl Chain {
         let mut events = Events::default();
         let mut hits = vec![0; self.counters()];
         let (shot, left_e) = self.shot(photons, capture, times, &mut events, &mut hits);
-        let size = self.layout.as_ref().map_or(photons.size(), WindowLayout::output_size);
-        let mut codes = Plane::filled(size, 0_u16);
+        let mut codes = Plane::filled(self.output_size(photons), 0_u16);
         let width = codes.width_px();
         let chunk = |index: usize, rows: &mut [u16]| {
             let mut buffers = self.buffers(photons.width_px());
@@ -180,10 +171,10 @@ impl Chain {
         rows: &[RowIndex],
     ) -> Vec<Vec<u16>> {
         let (shot, _) = self.shot(photons, capture, times, &mut Events::default(), &mut vec![0; self.counters()]);
-        let width = self.layout.as_ref().map_or(photons.size(), WindowLayout::output_size).width_px;
+        let width = crate::num::index(self.output_size(photons).width_px);
         let mut buffers = self.buffers(photons.width_px());
         let mut codes_of = |row: &RowIndex| {
-            let mut codes = vec![0; crate::num::index(width)];
+            let mut codes = vec![0; width];
             self.output_row(&shot, crate::num::index(row.0), &mut buffers, &mut codes, &mut Events::default());
             codes
         };
@@ -201,14 +192,26 @@ impl Chain {
     ) -> (Shot<'a>, Option<Plane<f32>>) {
         assert!(times.len() == photons.height_px(), "every row has its times");
         let shifts_dn = vec![0; self.readings.len()];
-        let array_width = self.layout.as_ref().map_or(photons.width_px(), WindowLayout::buffer_width);
-        let columns = self.columns(capture.camera, array_width);
+        let columns = self.columns(capture.camera, self.buffer_width(photons.width_px()));
         let mut shot = Shot { photons, charge_e: None, capture, times, shifts_dn, columns };
         shot.shifts_dn = self.black_shifts_dn(&shot, events, hits);
         let array = self.has_array_effects().then(|| self.array_electrons(&shot, hits));
         let left_e;
         (shot.charge_e, left_e) = array.map_or((None, None), |(charge_e, left_e)| (Some(charge_e), left_e));
         (shot, left_e)
+    }
+
+    /// The same without converters, for what lies before them.
+    fn unconverted_shot<'a>(
+        &'a self,
+        photons: &'a Plane<f32>,
+        capture: Capture<'a>,
+        times: &'a [RowTimes],
+    ) -> Shot<'a> {
+        assert!(times.len() == photons.height_px(), "every row has its times");
+        let mut shot = Shot { photons, charge_e: None, capture, times, shifts_dn: Vec::new(), columns: Vec::new() };
+        shot.charge_e = self.has_array_effects().then(|| self.array_electrons(&shot, &mut vec![0; self.counters()]).0);
+        shot
     }
 
     /// Samples of one row at the converters' inputs in the first reading, before quantisation: where the plan's bounds hold. Effects
@@ -231,17 +234,29 @@ impl Chain {
 
     /// Converters of one camera in the first reading, for the columns that are read; `width_px` counts only without window and binning.
     pub fn first_columns(&self, camera: CameraIndex, width_px: usize) -> Columns<'_> {
-        let width = self.layout.as_ref().map_or(width_px, WindowLayout::buffer_width);
-        self.columns(camera, width).swap_remove(0)
+        self.columns(camera, self.buffer_width(width_px)).swap_remove(0)
     }
 
     fn samples(&self) -> SampledLevels {
         self.parameters.adc.cds.samples()
     }
 
+    /// Columns that a row's buffers hold.
+    fn buffer_width(&self, window_width: usize) -> usize {
+        self.layout.as_ref().map_or(window_width, WindowLayout::buffer_width)
+    }
+
     fn buffers(&self, window_width: usize) -> RowBuffers {
-        let width = self.layout.as_ref().map_or(window_width, WindowLayout::buffer_width);
-        RowBuffers::new(width, self.samples(), self.readings.len(), self.counters())
+        RowBuffers::new(self.buffer_width(window_width), self.samples(), self.readings.len(), self.counters())
+    }
+
+    fn output_size(&self, photons: &Plane<f32>) -> Size {
+        self.layout.as_ref().map_or(photons.size(), WindowLayout::output_size)
+    }
+
+    /// Array row and column at which the window begins.
+    fn window_origin(&self) -> (usize, usize) {
+        self.layout.as_ref().map_or((0, 0), |layout| (layout.first_row(), layout.first_column()))
     }
 
     fn array_effects(&self) -> &[Box<dyn Effect>] {
@@ -257,8 +272,7 @@ impl Chain {
     fn array_electrons(&self, shot: &Shot<'_>, hits: &mut [u64]) -> (Plane<f32>, Option<Plane<f32>>) {
         let mut charge_e = Plane::filled(shot.photons.size(), 0.0_f32);
         let width = shot.photons.width_px();
-        let (first_row, first_column) =
-            self.layout.as_ref().map_or((0, 0), |layout| (layout.first_row(), layout.first_column()));
+        let (first_row, first_column) = self.window_origin();
         let chunk = |index: usize, rows: &mut [f32]| {
             let mut buffers = self.buffers(width);
             for (offset, row_e) in rows.chunks_exact_mut(width).enumerate() {
@@ -299,10 +313,6 @@ impl Chain {
     fn gather(&self, at: RowAt, buffers: &mut RowBuffers) {
         pixel::photons_to_mean_electrons(&self.parameters.pixel, &mut buffers.values);
         let rows = self.gathering.len() - self.array_effects().len();
-        let mut hits = std::mem::take(&mut buffers.hits);
-        let mut pass = buffers.pass(at, self.die_seed);
-        pass.full_from_e = self.full_from_e;
-        row::apply_all(&self.gathering[..rows], &mut pass, &mut hits);
-        buffers.hits = hits;
+        buffers.apply_all(&self.gathering[..rows], (at, self.die_seed), self.full_from_e, 0);
     }
 }

@@ -51,20 +51,19 @@ pub struct KeptEffect {
 impl Omitted {
     /// A sentence for a person: "dark current left out: 0.00012 e- at 12 us and 300 K, budget 0.31 e-".
     pub fn words(&self, budget_e: f64) -> String {
-        format!("{} left out: {}, budget {} e-", spoken(self.name), self.reason, readable(budget_e))
+        words(self.name, "left out", &self.reason, budget_e)
     }
 }
 
 impl KeptEffect {
     /// A sentence for a person: "prnu kept: 1 % of 2000 e- is 20 e- between pixels, budget 0.31 e-".
     pub fn words(&self, budget_e: f64) -> String {
-        format!("{} kept: {}, budget {} e-", spoken(self.name), self.reason, readable(budget_e))
+        words(self.name, "kept", &self.reason, budget_e)
     }
 }
 
-/// An effect's name in words.
-fn spoken(name: &str) -> String {
-    name.replace('_', " ")
+fn words(name: &str, decision: &str, reason: &str, budget_e: f64) -> String {
+    format!("{} {decision}: {reason}, budget {} e-", name.replace('_', " "), readable(budget_e))
 }
 
 /// What runs and what does not, with the bound of all that is left out together.
@@ -235,29 +234,21 @@ fn sums(omissions: &[Vec<Option<Omission>>], omit: &[bool], regions: usize) -> V
 
 /// Where all omissions together take most of the budget.
 fn fullest_region(sums: &[Omission], budgets_e: &[f64]) -> usize {
-    let share = |region: usize| sums[region].error_e2() / (budgets_e[region] * budgets_e[region]);
-    (0..sums.len()).fold(0, |fullest, region| if share(region) > share(fullest) { region } else { fullest })
+    first_greatest(sums.len(), |region| sums[region].error_e2() / (budgets_e[region] * budgets_e[region]))
+}
+
+/// The first of the places with the greatest value.
+fn first_greatest(count: usize, value: impl Fn(usize) -> f64) -> usize {
+    (1..count).fold(0, |most, place| if value(place) > value(most) { place } else { most })
 }
 
 fn worst(sums: &[Omission]) -> Omission {
-    let mut worst = Omission::NONE;
-    for &sum in sums {
-        if sum.error_e2() > worst.error_e2() {
-            worst = sum;
-        }
-    }
-    worst
+    let worse = |worst: Omission, &sum: &Omission| if sum.error_e2() > worst.error_e2() { sum } else { worst };
+    sums.iter().fold(Omission::NONE, worse)
 }
 
 fn widest_region(omissions: &[Option<Omission>]) -> usize {
-    let error = |omission: &Option<Omission>| omission.map_or(f64::INFINITY, Omission::error_e2);
-    let mut widest = 0;
-    for (index, omission) in omissions.iter().enumerate() {
-        if error(omission) > error(&omissions[widest]) {
-            widest = index;
-        }
-    }
-    widest
+    first_greatest(omissions.len(), |region| omissions[region].map_or(f64::INFINITY, Omission::error_e2))
 }
 
 #[cfg(test)]

@@ -29,20 +29,15 @@ named! {
 impl ProcessCorner {
     /// What the corner does. The pixel's transistors and the column's bias are NMOS; a comparator needs both kinds.
     pub fn factors(self) -> Factors {
+        let typical = Factors { gain: 1.0, dark: 1.0, leakage: 1.0, speed: 1.0, bias: 1.0, offset: 1.0, delay: 1.0 };
+        let fast = Factors { gain: 1.03, dark: 1.5, leakage: 3.0, speed: 1.15, bias: 1.15, offset: 1.0, delay: 0.8 };
+        let slow = Factors { gain: 0.97, dark: 0.7, leakage: 0.4, speed: 0.85, bias: 0.85, offset: 1.0, delay: 1.25 };
         match self {
-            Self::Tt => Factors { gain: 1.0, dark: 1.0, leakage: 1.0, speed: 1.0, bias: 1.0, offset: 1.0, delay: 1.0 },
-            Self::Ff => {
-                Factors { gain: 1.03, dark: 1.5, leakage: 3.0, speed: 1.15, bias: 1.15, offset: 1.0, delay: 0.8 }
-            }
-            Self::Ss => {
-                Factors { gain: 0.97, dark: 0.7, leakage: 0.4, speed: 0.85, bias: 0.85, offset: 1.0, delay: 1.25 }
-            }
-            Self::Fs => {
-                Factors { gain: 1.03, dark: 1.5, leakage: 3.0, speed: 1.15, bias: 1.15, offset: 1.2, delay: 1.05 }
-            }
-            Self::Sf => {
-                Factors { gain: 0.97, dark: 0.7, leakage: 0.4, speed: 0.85, bias: 0.85, offset: 1.2, delay: 1.05 }
-            }
+            Self::Tt => typical,
+            Self::Ff => fast,
+            Self::Ss => slow,
+            Self::Fs => Factors { offset: 1.2, delay: 1.05, ..fast },
+            Self::Sf => Factors { offset: 1.2, delay: 1.05, ..slow },
         }
     }
 }

@@ -24,13 +24,6 @@ pub struct Contribution {
     pub source: String,
 }
 
-impl Contribution {
-    /// Whether it flows whether or not anything happens.
-    pub fn is_static(&self) -> bool {
-        matches!(self.item.amount, Amount::Nanoseconds(_))
-    }
-}
-
 /// Energy of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnergyAccount {
@@ -79,11 +72,6 @@ impl EnergyAccount {
         self.contributions.iter().filter(|part| part.item.rail == rail).map(|part| part.energy_aj).sum()
     }
 
-    /// Attojoules of what flows whether or not anything happens.
-    pub fn static_aj(&self) -> u128 {
-        self.contributions.iter().filter(|part| part.is_static()).map(|part| part.energy_aj).sum()
-    }
-
     /// Attojoules of one item of this name; 0 where there is none.
     pub fn item_aj(&self, name: &str) -> u128 {
         self.contributions.iter().filter(|part| part.item.name == name).map(|part| part.energy_aj).sum()
@@ -122,7 +110,8 @@ impl EnergyAccount {
 
     /// The part of the power in milliwatts that flows whether or not anything happens.
     pub fn static_power_mw(&self) -> f64 {
-        self.mean_power_mw(self.static_aj())
+        let flows = self.contributions.iter().filter(|part| matches!(part.item.amount, Amount::Nanoseconds(_)));
+        self.mean_power_mw(flows.map(|part| part.energy_aj).sum())
     }
 
     /// Likely range in pJ a frame of the total, then of each block in the order of `Block::ALL`.

@@ -1,47 +1,24 @@
 //! The constants of the energy model by name and unit.
 
-/// Unit of a constant; its name is the key that holds the value in a technology file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unit {
-    /// Picojoules a time.
-    Picojoule,
-    /// Femtofarads.
-    Femtofarad,
-    /// Microamperes.
-    Microampere,
-    /// Femtocoulombs a clock.
-    Femtocoulomb,
-    /// Milliwatts.
-    Milliwatt,
-    /// Microwatts.
-    Microwatt,
-    /// A plain number.
-    Ratio,
-}
+use crate::text::named;
 
-impl Unit {
-    /// All units.
-    pub const ALL: [Self; 7] = [
-        Self::Picojoule,
-        Self::Femtofarad,
-        Self::Microampere,
-        Self::Femtocoulomb,
-        Self::Milliwatt,
-        Self::Microwatt,
-        Self::Ratio,
-    ];
-
-    /// The key of a value in this unit.
-    pub fn key(self) -> &'static str {
-        match self {
-            Self::Picojoule => "pj",
-            Self::Femtofarad => "ff",
-            Self::Microampere => "ua",
-            Self::Femtocoulomb => "fc",
-            Self::Milliwatt => "mw",
-            Self::Microwatt => "uw",
-            Self::Ratio => "ratio",
-        }
+named! {
+    /// Unit of a constant; its name is the key that holds the value in a technology file.
+    pub enum Unit {
+        /// Picojoules a time.
+        Picojoule = "pj",
+        /// Femtofarads.
+        Femtofarad = "ff",
+        /// Microamperes.
+        Microampere = "ua",
+        /// Femtocoulombs a clock.
+        Femtocoulomb = "fc",
+        /// Milliwatts.
+        Milliwatt = "mw",
+        /// Microwatts.
+        Microwatt = "uw",
+        /// A plain number.
+        Ratio = "ratio",
     }
 }
 

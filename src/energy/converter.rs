@@ -6,6 +6,7 @@ use super::item::{Amount, Design, ItemBuilder, Rail};
 use super::params::Architecture;
 use crate::adc::{Counter, Counting};
 use crate::events::{Block, Event};
+use crate::num::f64_from_u64;
 
 /// Columns for which the constants of the shared ramp and count are stated.
 const NOMINAL_COLUMNS: f64 = 640.0;
@@ -53,16 +54,11 @@ pub(super) fn items(build: &mut ItemBuilder<'_>) {
             let cycles = cycles(design.adc.bits);
             let cycle_pj = build.value(Constant::SigmaDeltaCycle) * supply_v / RAMP_NOMINAL_V;
             build.pj(analog, bit, Constant::SigmaDeltaCycle, samples * cycles * cycle_pj / bits);
-            build.pj(
-                digital,
-                bit,
-                Constant::DecimatorBit,
-                samples * cycles * logic * build.value(Constant::DecimatorBit),
-            );
+            let filter_pj = samples * cycles * logic * build.value(Constant::DecimatorBit);
+            build.pj(digital, bit, Constant::DecimatorBit, filter_pj);
         }
         Architecture::InPixel => {
-            let bias_mw =
-                1e-3 * build.value(Constant::PixelComparator) * supply_v * crate::num::f64_from_u64(design.pixels);
+            let bias_mw = 1e-3 * build.value(Constant::PixelComparator) * supply_v * f64_from_u64(design.pixels);
             build.mw(analog, Constant::PixelComparator, build.bias_share(), bias_mw);
             build.pj(digital, bit, Constant::PixelMemoryBit, samples * logic * build.value(Constant::PixelMemoryBit));
         }
@@ -79,7 +75,7 @@ fn single_slope(build: &mut ItemBuilder<'_>) {
     let (columns, logic) = (f64::from(design.columns) / NOMINAL_COLUMNS, build.logic_factor());
     // A comparator's bandwidth is that of its clock, and so is its bias. It flows between ramps too, whatever the picture.
     let charge_fc = build.value(Constant::ComparatorCharge) * build.bias_class();
-    let charge_mw = 1e-12 * charge_fc * crate::num::f64_from_u64(design.adc.clock_hz) * supply_v;
+    let charge_mw = 1e-12 * charge_fc * f64_from_u64(design.adc.clock_hz) * supply_v;
     let all_mw = charge_mw * f64::from(design.converters());
     build.mw(analog, Constant::ComparatorCharge, build.bias_share(), all_mw);
     let ramp_pj = build.value(Constant::RampStep) * columns * supply_v / RAMP_NOMINAL_V;

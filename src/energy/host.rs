@@ -87,15 +87,12 @@ impl HostEnergy {
 impl HostParams {
     /// The host of this name; none for "none". Fails on an unknown name.
     pub fn by_name(name: &str) -> Result<Option<Self>, Error> {
-        match name {
-            "none" => Ok(None),
-            "microcontroller" => Ok(Some(MICROCONTROLLER)),
-            "single_board_computer" => Ok(Some(SINGLE_BOARD_COMPUTER)),
-            _ => {
-                let reason = "not known; use one of none, microcontroller, single_board_computer";
-                Err(Error::key("host.model", name, reason))
-            }
+        if name == "none" {
+            return Ok(None);
         }
+        let found = [MICROCONTROLLER, SINGLE_BOARD_COMPUTER].into_iter().find(|host| host.name == name);
+        let reason = "not known; use one of none, microcontroller, single_board_computer";
+        found.map(Some).ok_or_else(|| Error::key("host.model", name, reason))
     }
 
     /// Energy of a frame with the given bytes and features. `extracted_px` pixels have their features extracted here.

@@ -38,7 +38,7 @@ pub enum Amount {
 /// A part of a sensor's power.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Item {
-    /// The constant's name, or that of the event.
+    /// The constant's name.
     pub name: &'static str,
     /// Who pays.
     pub block: Block,

@@ -150,18 +150,17 @@ fn nanoseconds(seconds: f64) -> u64 {
 
 impl ItemBuilder<'_> {
     /// An event or count that costs picojoules.
-    pub fn pj(&mut self, (block, rail): (Block, Rail), amount: Amount, of: Constant, energy_pj: f64) {
-        let name = match amount {
-            Amount::Event(event) if event.name() == of.name() => event.name(),
-            _ => of.name(),
-        };
-        self.items.push(Item { name, block, rail, amount, constant: u64_half_even(energy_pj * 1e6), of });
+    pub fn pj(&mut self, place: (Block, Rail), amount: Amount, of: Constant, energy_pj: f64) {
+        self.add(place, amount, of, u64_half_even(energy_pj * 1e6));
     }
 
     /// A bias in milliwatts for a share of the time awake.
-    pub fn mw(&mut self, (block, rail): (Block, Rail), of: Constant, share: f64, power_mw: f64) {
+    pub fn mw(&mut self, place: (Block, Rail), of: Constant, share: f64, power_mw: f64) {
         let ns = u64_half_even(f64_from_u64(self.awake_ns) * share);
-        let (amount, constant) = (Amount::Nanoseconds(ns), u64_half_even(power_mw * 1e6));
+        self.add(place, Amount::Nanoseconds(ns), of, u64_half_even(power_mw * 1e6));
+    }
+
+    fn add(&mut self, (block, rail): (Block, Rail), amount: Amount, of: Constant, constant: u64) {
         self.items.push(Item { name: of.name(), block, rail, amount, constant, of });
     }
 
@@ -296,9 +295,7 @@ impl ItemBuilder<'_> {
                 for (of, lane_mw) in [(Constant::HsLane, self.value(Constant::HsLane)), (Constant::LaneClock, clock_mw)]
                 {
                     self.mw(place, of, 1.0, class * lane_mw);
-                    let (block, rail) = place;
-                    let (amount, constant) = (Amount::LaneNanoseconds, u64_half_even(1e6 * class * lane_mw));
-                    self.items.push(Item { name: of.name(), block, rail, amount, constant, of });
+                    self.add(place, Amount::LaneNanoseconds, of, u64_half_even(1e6 * class * lane_mw));
                 }
             }
         }
@@ -327,8 +324,7 @@ impl ItemBuilder<'_> {
         self.pj(place, clocks, Constant::ClockTree, class * logic * self.value(Constant::ClockTree));
         let leakage_mw = class * self.leakage() * self.value(Constant::LeakageLogic);
         self.mw(place, Constant::LeakageLogic, 1.0, leakage_mw);
-        let (of, amount) = (Constant::Standby, Amount::Nanoseconds(asleep_ns));
-        let constant = u64_half_even(1e3 * self.value(of));
-        self.items.push(Item { name: of.name(), block: place.0, rail: place.1, amount, constant, of });
+        let standby_nw = u64_half_even(1e3 * self.value(Constant::Standby));
+        self.add(place, Amount::Nanoseconds(asleep_ns), Constant::Standby, standby_nw);
     }
 }

@@ -7,11 +7,11 @@
 
 use std::collections::BTreeMap;
 
-use serde::Deserialize;
 use toml::de::{DeTable, DeValue};
 
 use super::constant::{Constant, Unit};
 use crate::error::Error;
+use crate::text::named;
 
 /// The file of the base constants.
 const BASE: &str = include_str!("65nm.toml");
@@ -36,16 +36,16 @@ const CHAIN_MAX: usize = 16;
 /// The greatest constant: in every unit its product with the model's counts stays an integer.
 const CONSTANT_MAX: f64 = 1e9;
 
-/// How a constant follows the node.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Scaling {
-    /// It does not.
-    None,
-    /// As the node to the power `analog_exponent`.
-    Analog,
-    /// As the node to the power `digital_exponent`.
-    Digital,
+named! {
+    /// How a constant follows the node.
+    pub enum Scaling {
+        /// It does not.
+        None = "none",
+        /// As the node to the power `analog_exponent`.
+        Analog = "analog",
+        /// As the node to the power `digital_exponent`.
+        Digital = "digital",
+    }
 }
 
 /// The value of a constant and what is known of it.
@@ -164,21 +164,13 @@ impl Technology {
                 return Err(lines.refuse(key, reason));
             }
         }
-        let node_nm = lines.number("node_nm", 5.0..=1000.0, "5 to 1000, as in 65")?.ok_or_else(|| {
-            lines.refuse(
-                "node_nm",
-                "is missing: constants are scaled to a node; use the node of the logic in nm, as in 65",
-            )
-        })?;
+        let missing = "is missing: constants are scaled to a node; use the node of the logic in nm, as in 65";
+        let node_nm = lines.number("node_nm", 5.0..=1000.0, "5 to 1000, as in 65")?;
+        let node_nm = node_nm.ok_or_else(|| lines.refuse("node_nm", missing))?;
         let voltage = lines.number("core_voltage_v", 0.2..=5.5, "0.2 to 5.5, as in 1.2")?;
-        let mut made = match base {
-            Some(base) => base.scaled_to(node_nm),
-            None => Self { name: file.to_owned(), node_nm, core_voltage_v: 1.2, values: Vec::new() },
-        };
-        made.core_voltage_v = voltage.unwrap_or_else(|| usual_voltage_v(node_nm));
-        if base.is_some() {
-            made.name = file.to_owned();
-        }
+        let core_voltage_v = voltage.unwrap_or_else(|| usual_voltage_v(node_nm));
+        let values = base.map_or_else(Vec::new, |base| base.scaled_to(node_nm).values);
+        let mut made = Self { name: file.to_owned(), node_nm, core_voltage_v, values };
         lines.text("name")?;
         lines.text("title")?;
         let empty = toml::Table::new();
@@ -237,7 +229,7 @@ impl Technology {
                 in_range(value, 1.0, 1000.0).map_err(|reason| Error::key(&key, value, reason))?;
             return Ok(());
         }
-        if unit != constant.unit().key() {
+        if unit != constant.unit().name() {
             return Err(Error::key(&key, value, wrong_unit(constant, unit)));
         }
         place.value = in_range(value, 0.0, CONSTANT_MAX).map_err(|reason| Error::key(&key, value, reason))?;
@@ -283,8 +275,8 @@ fn unknown_constant(name: &str) -> String {
 }
 
 fn wrong_unit(constant: Constant, unit: &str) -> String {
-    let unit_key = constant.unit().key();
-    if Unit::ALL.iter().any(|known| known.key() == unit) {
+    let unit_key = constant.unit().name();
+    if Unit::ALL.iter().any(|known| known.name() == unit) {
         return format!("{} is given in {unit_key}; use {unit_key}", constant.name());
     }
     format!("unknown unit or key; use {unit_key}, uncertainty_factor, scaling, source")
@@ -359,7 +351,7 @@ impl<'a> ValueLines<'a> {
         constants: &toml::Table,
         below: Option<ConstantValue>,
     ) -> Result<ConstantValue, Error> {
-        let (name, unit) = (constant.name(), constant.unit().key());
+        let (name, unit) = (constant.name(), constant.unit().name());
         let path = format!("constant.{name}");
         let table = match (constants.get(name), &below) {
             (Some(toml::Value::Table(table)), _) => table,
@@ -385,10 +377,10 @@ impl<'a> ValueLines<'a> {
             number("uncertainty_factor", 1.0, 1000.0)?.or(below.as_ref().map(|below| below.uncertainty_factor));
         let scaling = match table.get("scaling").map(|value| value.as_str()) {
             None => below.as_ref().map_or(Scaling::None, |below| below.scaling),
-            Some(Some("none")) => Scaling::None,
-            Some(Some("analog")) => Scaling::Analog,
-            Some(Some("digital")) => Scaling::Digital,
-            Some(_) => return Err(self.refuse(&format!("{path}.scaling"), "not known; use none, analog or digital")),
+            Some(text) => Scaling::ALL
+                .into_iter()
+                .find(|scaling| text == Some(scaling.name()))
+                .ok_or_else(|| self.refuse(&format!("{path}.scaling"), "not known; use none, analog or digital"))?,
         };
         let source = match table.get("source") {
             None => below.map_or_else(|| format!("{} without a source", self.file), |below| below.source),

@@ -6,7 +6,7 @@
 
 use super::constant::Constant;
 use super::item::Item;
-use super::technology::{Scaling, Technology};
+use super::technology::Technology;
 use crate::draw::{DrawKey, normal_quantile, uniform_at};
 use crate::num::{index, lesser};
 
@@ -35,14 +35,6 @@ fn sigma(technology: &Technology, constant: Constant) -> f64 {
     libm::log(technology.of(constant).uncertainty_factor) / SIGMAS
 }
 
-fn class(scaling: Scaling) -> usize {
-    match scaling {
-        Scaling::None => 0,
-        Scaling::Analog => 1,
-        Scaling::Digital => 2,
-    }
-}
-
 /// For each draw, the factor of every item and of the whole model.
 pub(super) struct Drawn {
     factors: Vec<Vec<f64>>,
@@ -61,7 +53,7 @@ impl Drawn {
             let classes = [normal(0), normal(1), normal(2)];
             model.push(libm::exp(DISCREPANCY * normal(3)));
             let factor = |item: &Item| {
-                let z = common * classes[class(technology.of(item.of).scaling)] + own * normal(4 + item.of as usize);
+                let z = common * classes[technology.of(item.of).scaling as usize] + own * normal(4 + item.of as usize);
                 libm::exp(sigma(technology, item.of) * z)
             };
             factors.push(items.iter().map(factor).collect());

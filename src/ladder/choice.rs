@@ -55,7 +55,6 @@ pub struct ChosenSetting {
 pub const PILOT_FRAMES: u32 = 12;
 /// Settings that take at most this many times as long as the fastest that meets the goal are timed again.
 const NEARLY: f64 = 1.1;
-/// How often.
 const TIMED_AGAIN: u32 = 1;
 /// Factor on a measured error, for frames that were not measured.
 const MARGIN: f64 = 1.05;
@@ -94,11 +93,8 @@ pub fn choose(bench: &LadderBench<'_>, goal: Goal) -> Result<ChosenSetting, Erro
     let rest = rest_of_run(bench)?;
     let mut refusal = None;
     for share in REFERENCE_SHARES {
-        let reference = match (reference(bench, &bench.places(PILOT_FRAMES), finest, share), refusal.take()) {
-            (Ok(reference), _) => reference,
-            (Err(_), Some(earlier)) => return Err(earlier),
-            (Err(error), None) => return Err(error),
-        };
+        let reference = reference(bench, &bench.places(PILOT_FRAMES), finest, share);
+        let reference = reference.map_err(|error| refusal.take().unwrap_or(error))?;
         let sensing = sense_all(bench, &reference, &chains(&own), 3)?;
         let pictures = u64::from(bench.setup.frames) * u64::from(bench.cameras());
         let own = own.clone();
@@ -140,10 +136,7 @@ impl Pilot<'_> {
     /// Times what is nearly as fast as the fastest once more, in turns.
     fn time_again(&mut self) -> Result<(), Error> {
         let least_ms = self.least_time_ms();
-        let near = |one: &Rendered| {
-            let meets = self.sensing.iter().any(|sensing| self.meets(one, sensing));
-            meets && one.cost.work_ms <= NEARLY * least_ms
-        };
+        let near = |one: &Rendered| self.meets_with_any(one) && one.cost.work_ms <= NEARLY * least_ms;
         let places: Vec<usize> = (0..self.rendered.len()).filter(|&place| near(&self.rendered[place])).collect();
         if places.len() < 2 {
             return Ok(());
@@ -203,23 +196,30 @@ impl Pilot<'_> {
         self.rendered.iter().flat_map(|rendered| self.sensing.iter().map(move |sensing| (rendered, sensing)))
     }
 
+    fn met(&self) -> impl Iterator<Item = (&Rendered, &Sensing)> {
+        self.all().filter(move |(rendered, sensing)| self.meets(rendered, sensing))
+    }
+
     /// The least rank of what met the goal so far; infinite before anything did.
     pub(super) fn least_rank(&self) -> f64 {
-        let met = self.all().filter(|(rendered, sensing)| self.meets(rendered, sensing));
-        met.fold(f64::INFINITY, |least, (rendered, sensing)| lesser(least, self.rank(rendered, sensing)))
+        self.met().fold(f64::INFINITY, |least, (rendered, sensing)| lesser(least, self.rank(rendered, sensing)))
     }
 
     pub(super) fn least_time_ms(&self) -> f64 {
-        let met = self.all().filter(|(rendered, sensing)| self.meets(rendered, sensing));
-        met.fold(f64::INFINITY, |least, (rendered, _)| lesser(least, rendered.cost.work_ms))
+        self.met().fold(f64::INFINITY, |least, (rendered, _)| lesser(least, rendered.cost.work_ms))
+    }
+
+    /// Whether a render meets the goal with some chain.
+    pub(super) fn meets_with_any(&self, rendered: &Rendered) -> bool {
+        self.sensing.iter().any(|sensing| self.meets(rendered, sensing))
     }
 
     fn best(&self, finest: f64) -> Result<ChosenSetting, Error> {
         let ranks = |(rendered, sensing): &(&Rendered, &Sensing)| {
             [self.rank(rendered, sensing), self.cost(rendered, sensing).work_ms]
         };
-        let met = self.all().filter(|(rendered, sensing)| self.meets(rendered, sensing));
-        let best = met.min_by(|a, b| ranks(a)[0].total_cmp(&ranks(b)[0]).then(ranks(a)[1].total_cmp(&ranks(b)[1])));
+        let by_rank = |a: &_, b: &_| ranks(a)[0].total_cmp(&ranks(b)[0]).then(ranks(a)[1].total_cmp(&ranks(b)[1]));
+        let best = self.met().min_by(by_rank);
         let Some((rendered, sensing)) = best else { return Err(self.nothing_meets()) };
         let setting = Setting { effects: sensing.setting.effects.clone(), ..rendered.setting.clone() };
         let cost = self.cost(rendered, sensing);
@@ -240,13 +240,13 @@ impl Pilot<'_> {
         let least = self.all().fold(f64::INFINITY, |least, (one, sensing)| lesser(least, self.bounded(one, sensing)));
         match self.goal {
             Goal::Accuracy(accuracy) => {
-                let reason =
-                    format!("the best of {} settings reaches {least:.2}; use that or more", self.rendered.len());
+                let tried = self.rendered.len();
+                let reason = format!("the best of {tried} settings reaches {least:.2}; use that or more");
                 Error::key("--accuracy", accuracy, reason)
             }
             Goal::Time(wall_ms) => {
-                let reason =
-                    format!("the fastest setting takes {least:.0} ms a frame here; use {:.0}ms or more", least.ceil());
+                let most = least.ceil();
+                let reason = format!("the fastest setting takes {least:.0} ms a frame here; use {most:.0}ms or more");
                 Error::key("--time-budget", format!("{wall_ms}ms"), reason)
             }
         }

@@ -9,15 +9,13 @@ use crate::plane::Plane;
 pub struct Squares {
     /// Of errors in units of photon noise.
     pub sum: f64,
-    /// Pixels that count.
     pub pixels: u64,
 }
 
 impl Squares {
-    /// Adds those of another picture.
-    pub fn add(&mut self, other: Self) {
-        self.sum += other.sum;
-        self.pixels += other.pixels;
+    /// Those of several pictures together.
+    pub fn sum(pictures: impl Iterator<Item = Self>) -> Self {
+        pictures.fold(Self::default(), |all, one| Self { sum: all.sum + one.sum, pixels: all.pixels + one.pixels })
     }
 
     /// Their mean; 0 without a pixel, and where the reference's noise outweighs the error.
@@ -85,17 +83,14 @@ impl Judge {
     }
 }
 
-/// What codes differ by.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CodeError {
     sum_dn2: u64,
     pixels: u64,
-    /// Greatest difference.
     pub max_dn: u32,
 }
 
 impl CodeError {
-    /// Adds a picture's.
     pub fn add(&mut self, codes: &Plane<u16>, reference: &Plane<u16>) {
         for (&code, &other) in codes.values().iter().zip(reference.values()) {
             let difference_dn = u32::from(code.abs_diff(other));
@@ -105,7 +100,6 @@ impl CodeError {
         self.pixels += u64_from(codes.values().len());
     }
 
-    /// Root of their mean square.
     pub fn rms_dn(self) -> f64 {
         if self.pixels == 0 { 0.0 } else { (f64_from_u64(self.sum_dn2) / f64_from_u64(self.pixels)).sqrt() }
     }

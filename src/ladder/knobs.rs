@@ -74,23 +74,22 @@ impl Setting {
 
     /// The assignments that make a configuration of it. Keys that this setting leaves without effect go back to their defaults.
     pub fn assignments(&self, scenario: &Scenario) -> Vec<String> {
-        let mut all = vec![format!("run.rung='{}'", self.rung.name())];
-        match self.rays {
-            RayBudget::Fixed(samples) => {
-                all.extend(["run.sampling='stratified'".to_owned(), "run.samples_max=256".to_owned()]);
-                all.extend([format!("run.samples_per_pixel={samples}"), "run.subframes=16".to_owned()]);
-            }
+        let (sampling, most, rays, subframes) = match self.rays {
+            RayBudget::Fixed(samples) => ("stratified", 256, format!("run.samples_per_pixel={samples}"), 16),
             RayBudget::Tolerance { tolerance, most } => {
-                all.extend(["run.sampling='stratified'".to_owned(), format!("run.samples_max={most}")]);
-                all.extend([format!("run.render_tolerance={tolerance:?}"), "run.subframes=16".to_owned()]);
+                ("stratified", most, format!("run.render_tolerance={tolerance:?}"), 16)
             }
-            RayBudget::Subframes(count) => {
-                all.extend(["run.sampling='subframes'".to_owned(), "run.samples_max=256".to_owned()]);
-                // The default tolerance stands idle beside sub-frames, and takes away a fixed number that the scenario may have.
-                all.extend(["run.render_tolerance=1.0".to_owned(), format!("run.subframes={count}")]);
-            }
-        }
-        all.push(format!("run.reflections={}", self.reflections));
+            // The default tolerance stands idle beside sub-frames, and takes away a fixed number that the scenario may have.
+            RayBudget::Subframes(count) => ("subframes", 256, "run.render_tolerance=1.0".to_owned(), count),
+        };
+        let mut all = vec![
+            format!("run.rung='{}'", self.rung.name()),
+            format!("run.sampling='{sampling}'"),
+            format!("run.samples_max={most}"),
+            rays,
+            format!("run.subframes={subframes}"),
+            format!("run.reflections={}", self.reflections),
+        ];
         if self.reflections == 0 {
             all.push("run.gloss='mirrors'".to_owned());
         }
@@ -109,6 +108,11 @@ impl Setting {
     /// Whether two settings see the same photons.
     pub fn renders_as(&self, other: &Self) -> bool {
         self.rays == other.rays && self.reflections == other.reflections
+    }
+
+    /// Whether two settings make the same codes of the same photons.
+    pub(super) fn senses_as(&self, other: &Self) -> bool {
+        self.rung == other.rung && self.effects == other.effects
     }
 
     /// For a person.

@@ -30,7 +30,6 @@ pub struct Rendered {
 pub struct Sensing {
     /// Rung and effects count.
     pub setting: Setting,
-    /// Ready to sense.
     pub setup: Setup,
     /// Of each picture: what the effects left out change.
     pub errors: Vec<Squares>,
@@ -38,12 +37,10 @@ pub struct Sensing {
     pub cost: MeasuredCost,
 }
 
-/// What came out of a render and a chain together.
+/// What came out of a render and a chain together, against the reference.
 #[derive(Clone, Copy, Debug)]
 pub struct RenderedCodes {
-    /// Against the reference's.
     pub codes: CodeError,
-    /// Against the reference's.
     pub features: SharedFeatures,
     /// Of sensor and extractor, over the reference's, less 1.
     pub energy_error: f64,
@@ -51,11 +48,8 @@ pub struct RenderedCodes {
     pub compute: MeasuredCost,
 }
 
-/// Mean of all pictures' squares.
 pub fn mean_square(errors: &[Squares]) -> f64 {
-    let mut sum = Squares::default();
-    errors.iter().for_each(|&one| sum.add(one));
-    sum.mean()
+    Squares::sum(errors.iter().copied()).mean()
 }
 
 /// Renders every setting's pictures `repeats` times, in turns; the first pass gives the error, every pass the cost.
@@ -132,7 +126,6 @@ pub fn render_until(
     }
 }
 
-/// One picture of a setting.
 struct RenderedPicture {
     photons: Vec<Plane<f32>>,
     error: Squares,
@@ -162,12 +155,12 @@ pub fn sense_all(
     settings: &[Setting],
     repeats: u32,
 ) -> Result<Vec<Sensing>, Error> {
-    let mut all = Vec::with_capacity(settings.len());
-    for setting in settings {
+    let sensing = |setting: &Setting| -> Result<Sensing, Error> {
         let setup = bench.setup_of(setting)?;
         let errors = effect_errors(bench, reference, &setup);
-        all.push(Sensing { setting: setting.clone(), setup, errors, cost: MeasuredCost::UNKNOWN });
-    }
+        Ok(Sensing { setting: setting.clone(), setup, errors, cost: MeasuredCost::UNKNOWN })
+    };
+    let mut all = settings.iter().map(sensing).collect::<Result<Vec<_>, _>>()?;
     let chains: Vec<_> = all.iter().map(|one| one.setup.first_chain()).collect();
     let mut best = vec![vec![MeasuredCost::UNKNOWN; reference.judged.len()]; settings.len()];
     for repeat in 0..repeats {

@@ -8,7 +8,7 @@ use super::measure::LadderBench;
 use crate::error::Error;
 use crate::num::{f64_from_usize, lesser};
 use crate::report::Report;
-use crate::run::{Session, Stopwatch};
+use crate::run::Session;
 
 /// Stages behind the extractor, by the names of a run's report.
 pub const LATER_STAGES: [&str; 3] = ["link", "host_link", "tracker"];
@@ -16,11 +16,8 @@ pub const LATER_STAGES: [&str; 3] = ["link", "host_link", "tracker"];
 /// What a run of one setting showed.
 #[derive(Clone, Debug, Default)]
 pub struct Poses {
-    /// Position error.
     pub ate_m: Option<f64>,
-    /// Second-difference jitter.
     pub jitter_d2_m: Option<f64>,
-    /// Share of frames with a pose.
     pub tracked_fraction: f64,
     /// Why there is no position error.
     pub reason: Option<String>,
@@ -62,7 +59,6 @@ fn run_together(
     }
     // An automatic exposure follows each session's own codes, so what its lens sees is its own.
     let shares = bench.setup.sensor.schedule.params().auto.is_none();
-    let both = Both(bench);
     for frame in 0..frames {
         told(f64::from(frame) / f64::from(frames));
         let shared = if shares { Some(sessions[0].expose()?) } else { None };
@@ -71,7 +67,9 @@ fn run_together(
                 Some(shared) => shared.clone(),
                 None => session.expose()?,
             };
-            session.step_with(exposures, &both)?;
+            // Link and tracker run on one thread, so that processor time is their wall time on a machine that does nothing else; what
+            // other programs take is in the wall time alone.
+            session.step_with(exposures, bench.clocks.work)?;
         }
     }
     sessions.iter().map(|session| session.report("ladder").map(|report| poses(&report))).collect()
@@ -89,16 +87,6 @@ fn poses(report: &Report) -> Poses {
         tracked_fraction: tracking.tracked_fraction,
         reason: report.not_measurable.get("tracking.ate_m").cloned(),
         later,
-    }
-}
-
-/// Link and tracker run on one thread, so that processor time is their wall time on a machine that does nothing else; what other
-/// programs take is in the wall time alone.
-struct Both<'a>(&'a LadderBench<'a>);
-
-impl Stopwatch for Both<'_> {
-    fn now_s(&self) -> f64 {
-        self.0.clocks.work.now_s()
     }
 }
 

@@ -24,7 +24,6 @@ const ROUNDS_MAX: u32 = 32;
 /// Pairs after which their number is foretold: an error of independent pairs falls with their root.
 const ROUNDS_LEAST: u32 = 4;
 
-/// One judged picture.
 pub struct Judged {
     pub place: Place,
     /// Photons of each slot.
@@ -33,20 +32,16 @@ pub struct Judged {
     pub samples: Vec<RowSamples>,
     /// Codes, clock by clock.
     pub codes: Plane<u16>,
-    /// Features of these codes.
     pub features: Vec<Feature>,
 }
 
-/// The reference of a study.
 pub struct Reference {
     pub setting: Setting,
-    /// One entry a picture.
     pub judged: Vec<Judged>,
     /// Of all pictures: events of sensor and extractor.
     pub events: Events,
     /// Standard error in photon noise.
     pub standard_error: f64,
-    /// Pixels that count.
     pub pixels: u64,
     pub rays_per_pixel: f64,
     /// Per frame of the rig: render, sensor, extractor.
@@ -136,12 +131,7 @@ impl Halves {
 
     /// Of the first slot, which is the longest exposure.
     fn squares(&self, bench: &LadderBench<'_>) -> Squares {
-        let judge = bench.judge();
-        let mut squares = Squares::default();
-        for slots in &self.sums {
-            squares.add(judge.standard_error(&self.truth(&slots[0])));
-        }
-        squares
+        Squares::sum(self.sums.iter().map(|slots| bench.judge().standard_error(&self.truth(&slots[0]))))
     }
 }
 

@@ -22,7 +22,6 @@ use crate::scene::lit::BOUNCES_MAX;
 /// so that the same rows have poses every time.
 const POSE_RAYS_SHARE: f64 = 0.7;
 
-/// Everything that was measured of a scenario.
 struct LadderMeasurements<'a> {
     bench: &'a LadderBench<'a>,
     options: LadderOptions,
@@ -107,7 +106,7 @@ fn sensing_settings(own: &Setting) -> Vec<Setting> {
     for tolerance in [0.01, 0.03, 0.1, 0.3, 1.0] {
         all.push(effects(EffectsKnob::Planned { words: words.clone(), tolerance }));
     }
-    distinct(all, |a, b| a.rung == b.rung && a.effects == b.effects)
+    distinct(all, Setting::senses_as)
 }
 
 fn distinct(all: Vec<Setting>, same: impl Fn(&Setting, &Setting) -> bool) -> Vec<Setting> {
@@ -127,8 +126,8 @@ impl LadderMeasurements<'_> {
     }
 
     fn sensed_as(&self, setting: &Setting) -> &Sensing {
-        let same = |one: &&Sensing| one.setting.rung == setting.rung && one.setting.effects == setting.effects;
-        self.sensing.iter().find(same).expect("every row is made of chains that were measured")
+        let found = self.sensing.iter().find(|one| one.setting.senses_as(setting));
+        found.expect("every row is made of chains that were measured")
     }
 
     /// Error in photon noise: the two parts add in squares.
@@ -171,11 +170,7 @@ impl LadderMeasurements<'_> {
             };
             all.push(draft("effects", value, Setting { effects: one.setting.effects.clone(), ..own.clone() }));
         }
-        all.retain(|draft| {
-            self.sensing
-                .iter()
-                .any(|one| one.setting.rung == draft.setting.rung && one.setting.effects == draft.setting.effects)
-        });
+        all.retain(|draft| self.sensing.iter().any(|one| one.setting.senses_as(&draft.setting)));
         if self.bench.cameras() == 2 {
             let windows = [5, own.window, 20]
                 .map(|window| draft("window", window.to_string(), Setting { window, ..own.clone() }));

@@ -95,8 +95,7 @@ impl Pilot<'_> {
 
     /// Whether a setting close to this tolerance meets the goal with some chain.
     fn met_near(&self, reflections: u32, next: f64) -> bool {
-        let meets = |one: &Rendered| self.sensing.iter().any(|sensing| self.meets(one, sensing));
-        self.family(reflections).any(|(tolerance, one)| is_close(tolerance, next) && meets(one))
+        self.family(reflections).any(|(tolerance, one)| is_close(tolerance, next) && self.meets_with_any(one))
     }
 
     /// This tolerance, or where one close to it was measured and missed the goal, the next on the safe side of it.

@@ -16,7 +16,6 @@ const PIXELS_MAX: usize = 16_384;
 
 /// What a part of a picture did in Verilog.
 pub(super) struct InVerilog {
-    /// Of the part.
     pub cost: MeasuredCost,
     /// The same part clock by clock in Rust.
     clocked: MeasuredCost,
@@ -29,7 +28,6 @@ pub(super) struct InVerilog {
 }
 
 impl InVerilog {
-    /// For a person.
     pub fn words(&self) -> String {
         let equal = if self.codes.max_dn == 0 { "all codes equal" } else { "CODES DIFFER" };
         format!(

@@ -153,7 +153,7 @@ pub(super) fn student(freedom: f64) -> f64 {
     below.1 + (above.1 - below.1) * (from - 1.0 / freedom) / (from - above.0)
 }
 
-fn mean(values: &[f64]) -> f64 {
+pub(super) fn mean(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |sum, value| sum + value) / f64_from_usize(values.len())
 }
 

@@ -11,64 +11,33 @@ use crate::num::{greater, lesser};
 use crate::report::escape::escaped;
 use axis::{Axis, AxisSpan};
 
-/// A colour of the page.
+/// A colour of the page: that of the series of this number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Ink {
-    /// First series.
-    One,
-    /// Second series.
+    One = 1,
     Two,
-    /// Third series.
     Three,
-    /// Fourth series.
     Four,
-    /// Fifth series.
     Five,
-    /// Sixth series.
     Six,
 }
 
 impl Ink {
+    const ALL: [Self; 6] = [Self::One, Self::Two, Self::Three, Self::Four, Self::Five, Self::Six];
+
     fn marker(self) -> RGBColor {
-        match self {
-            Self::One => RGBColor(1, 2, 1),
-            Self::Two => RGBColor(1, 2, 2),
-            Self::Three => RGBColor(1, 2, 3),
-            Self::Four => RGBColor(1, 2, 4),
-            Self::Five => RGBColor(1, 2, 5),
-            Self::Six => RGBColor(1, 2, 6),
-        }
+        RGBColor(1, 2, self as u8)
     }
 
     /// The page's variable of this colour.
-    fn variable(self) -> &'static str {
-        match self {
-            Self::One => "var(--s1)",
-            Self::Two => "var(--s2)",
-            Self::Three => "var(--s3)",
-            Self::Four => "var(--s4)",
-            Self::Five => "var(--s5)",
-            Self::Six => "var(--s6)",
-        }
+    fn variable(self) -> String {
+        format!("--s{}", self as u8)
     }
 }
 
-const TEXT_MARKER: RGBColor = RGBColor(1, 3, 1);
-const GRID_MARKER: RGBColor = RGBColor(1, 3, 2);
-const AXIS_MARKER: RGBColor = RGBColor(1, 3, 3);
-
-/// Each marker as plotters writes it, and what the page puts in its place.
-const MARKERS: [(&str, &str); 9] = [
-    ("\"#010201\"", "\"var(--s1)\""),
-    ("\"#010202\"", "\"var(--s2)\""),
-    ("\"#010203\"", "\"var(--s3)\""),
-    ("\"#010204\"", "\"var(--s4)\""),
-    ("\"#010205\"", "\"var(--s5)\""),
-    ("\"#010206\"", "\"var(--s6)\""),
-    ("\"#010301\"", "\"var(--soft)\""),
-    ("\"#010302\"", "\"var(--grid)\""),
-    ("\"#010303\"", "\"var(--rule)\""),
-];
+/// Markers of text, grid and axes, and what the page puts in their place.
+const MARKERS: [(RGBColor, &str); 3] =
+    [(RGBColor(1, 3, 1), "--soft"), (RGBColor(1, 3, 2), "--grid"), (RGBColor(1, 3, 3), "--rule")];
 
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,27 +47,29 @@ pub(crate) enum SeriesShape {
     Line(u32),
     /// The same with a dot at each point.
     Marked(u32),
-    /// A ring around each point.
     Ring,
 }
 
-/// Points that belong together.
 pub(crate) struct Series<'a> {
     /// For the legend.
     pub name: &'a str,
-    /// Colour.
     pub ink: Ink,
-    /// Dots or line.
     pub shape: SeriesShape,
     /// Points of each unbroken stretch, in the axes' units; points that a logarithmic axis has no place for are left out.
     pub runs: Vec<Vec<(f64, f64)>>,
+}
+
+impl<'a> Series<'a> {
+    /// A line of this many pixels' width.
+    pub fn line(name: &'a str, ink: Ink, width_px: u32, runs: Vec<Vec<(f64, f64)>>) -> Self {
+        Self { name, ink, shape: SeriesShape::Line(width_px), runs }
+    }
 }
 
 /// Words beside a point.
 pub(crate) struct Note {
     /// In the axes' units.
     pub at: (f64, f64),
-    /// A few letters.
     pub text: String,
     /// That of the point's series.
     pub ink: Ink,
@@ -113,16 +84,26 @@ pub(crate) struct Axes<'a> {
     pub x_label: &'a str,
     /// With unit.
     pub y_label: &'a str,
-    /// Logarithmic horizontal axis.
     pub x_log: bool,
-    /// Logarithmic vertical axis.
     pub y_log: bool,
     /// One unit is as long on both axes.
     pub equal: bool,
-    /// The vertical axis starts at zero.
     pub from_zero: bool,
-    /// Words beside points.
     pub notes: Vec<Note>,
+}
+
+impl<'a> Axes<'a> {
+    /// A figure over the run's time.
+    pub fn over_time(title: &'a str, y_label: &'a str) -> Self {
+        Self { title, x_label: "time in s", y_label, ..Self::default() }
+    }
+
+    /// A point in the axes' own coordinates, logarithms where an axis is logarithmic; none where it has no place for it.
+    fn placed(&self, (x, y): (f64, f64)) -> Option<(f64, f64)> {
+        let place = |is_log: bool, value: f64| if is_log { libm::log10(value) } else { value };
+        let at = (place(self.x_log, x), place(self.y_log, y));
+        (at.0.is_finite() && at.1.is_finite()).then_some(at)
+    }
 }
 
 const SIZE_PX: (u32, u32) = (520, 320);
@@ -130,7 +111,6 @@ const LEFT_PX: u32 = 60;
 const BOTTOM_PX: u32 = 42;
 const MARGIN_PX: u32 = 12;
 const DOT_RADIUS_PX: i32 = 3;
-/// Radius of a ring around a point.
 const RING_RADIUS_PX: i32 = 9;
 
 /// Points whose second value is missing break the line.
@@ -155,10 +135,7 @@ pub(crate) fn chart(axes: &Axes<'_>, series: &[Series<'_>]) -> String {
     };
     let mut svg = String::new();
     draw(&mut svg, axes, &placed, x, y).expect("drawing into a string cannot fail");
-    let (mark, values) = match zooms(axes, series) {
-        true => (" data-zooms", values(axes, series)),
-        false => ("", String::new()),
-    };
+    let (mark, values) = if zooms(axes, series) { (" data-zooms", values(axes, series)) } else { ("", String::new()) };
     format!("<figure class=\"chart\"{mark}>{}{}{values}</figure>", legend(series), themed(&svg, &title))
 }
 
@@ -181,7 +158,7 @@ fn values(axes: &Axes<'_>, series: &[Series<'_>]) -> String {
     };
     let one = |series: &Series<'_>| {
         let runs: Vec<String> = series.runs.iter().map(run).collect();
-        let ink = series.ink.variable().trim_start_matches("var(").trim_end_matches(')');
+        let ink = series.ink.variable();
         format!("{{\"name\":{},\"ink\":\"{ink}\",\"runs\":[{}]}}", quoted(series.name), runs.join(","))
     };
     let all: Vec<String> = series.iter().map(one).collect();
@@ -202,13 +179,9 @@ fn quoted(text: &str) -> String {
     serde_json::to_string(text).unwrap_or_default().replace('<', "\\u003c")
 }
 
-/// The series in the axes' own coordinates: logarithms where an axis is logarithmic.
+/// The series in the axes' own coordinates.
 fn placed<'a>(axes: &Axes<'_>, series: &Series<'a>) -> Series<'a> {
-    let place = |is_log: bool, value: f64| if is_log { libm::log10(value) } else { value };
-    let run = |run: &Vec<(f64, f64)>| {
-        let points = run.iter().map(|&(x, y)| (place(axes.x_log, x), place(axes.y_log, y)));
-        points.filter(|(x, y)| x.is_finite() && y.is_finite()).collect::<Vec<_>>()
-    };
+    let run = |run: &Vec<(f64, f64)>| run.iter().filter_map(|&at| axes.placed(at)).collect();
     Series { runs: series.runs.iter().map(run).collect(), ..*series }
 }
 
@@ -217,7 +190,7 @@ fn legend(series: &[Series<'_>]) -> String {
         return String::new();
     }
     let entry = |series: &Series<'_>| {
-        let ink = series.ink.variable();
+        let ink = format!("var({})", series.ink.variable());
         let sample = match series.shape {
             SeriesShape::Line(width_px) => {
                 format!("<path d=\"M1 8H31\" stroke=\"{ink}\" stroke-width=\"{}\"/>", f64::from(width_px) * 1.6)
@@ -240,8 +213,9 @@ fn themed(svg: &str, title: &str) -> String {
     let body = svg.split_once('>').map_or("", |(_, body)| body);
     let (width, height) = SIZE_PX;
     let mut page = format!("<svg viewBox=\"0 0 {width} {height}\" role=\"img\"><title>{title}</title>{body}");
-    for (marker, ink) in MARKERS {
-        page = page.replace(marker, ink);
+    let inks = Ink::ALL.iter().map(|ink| (ink.marker(), ink.variable()));
+    for (RGBColor(r, g, b), variable) in inks.chain(MARKERS.map(|(marker, name)| (marker, name.to_owned()))) {
+        page = page.replace(&format!("\"#{r:02X}{g:02X}{b:02X}\""), &format!("\"var({variable})\""));
     }
     page.replace(" font-family=\"sans-serif\"", "").replace(" opacity=\"1\"", "")
 }
@@ -288,16 +262,18 @@ fn draw<'a>(svg: &'a mut String, axes: &Axes<'_>, series: &[Series<'_>], x: Axis
         .set_label_area_size(LabelAreaPosition::Left, LEFT_PX)
         .set_label_area_size(LabelAreaPosition::Bottom, BOTTOM_PX)
         .build_cartesian_2d(Axis { span: x, is_log: axes.x_log }, Axis { span: y, is_log: axes.y_log })?;
+    let [(text, _), (grid, _), (axis, _)] = MARKERS;
+    let font = ("sans-serif", 13).into_font().color(&text);
     chart
         .configure_mesh()
         .max_light_lines(0)
         .x_labels(6)
         .y_labels(6)
-        .bold_line_style(GRID_MARKER)
-        .light_line_style(GRID_MARKER)
-        .axis_style(AXIS_MARKER)
-        .label_style(("sans-serif", 13).into_font().color(&TEXT_MARKER))
-        .axis_desc_style(("sans-serif", 13).into_font().color(&TEXT_MARKER))
+        .bold_line_style(grid)
+        .light_line_style(grid)
+        .axis_style(axis)
+        .label_style(font.clone())
+        .axis_desc_style(font)
         .x_desc(axes.x_label)
         .y_desc(axes.y_label)
         .draw()?;
@@ -320,12 +296,8 @@ fn draw<'a>(svg: &'a mut String, axes: &Axes<'_>, series: &[Series<'_>], x: Axis
             }
         }
     }
-    let place = |is_log: bool, value: f64| if is_log { libm::log10(value) } else { value };
     for note in &axes.notes {
-        let at = (place(axes.x_log, note.at.0), place(axes.y_log, note.at.1));
-        if !(at.0.is_finite() && at.1.is_finite()) {
-            continue;
-        }
+        let Some(at) = axes.placed(note.at) else { continue };
         let font = ("sans-serif", 12).into_font().color(&note.ink.marker());
         let text = EmptyElement::at(at) + Text::new(note.text.clone(), (5, -14), font);
         chart.draw_series(std::iter::once(text))?;
@@ -338,7 +310,7 @@ mod tests {
     use super::*;
 
     fn line(points: &[(f64, f64)]) -> Series<'static> {
-        Series { name: "a", ink: Ink::One, shape: SeriesShape::Line(2), runs: vec![points.to_vec()] }
+        Series::line("a", Ink::One, 2, vec![points.to_vec()])
     }
 
     fn axes(equal: bool) -> Axes<'static> {

@@ -74,10 +74,9 @@ pub struct Against {
 
 /// Compares every run after the first with the first. Fails on fewer than two runs, or runs of different scenes or motions.
 pub fn compare(runs: &[FinishedRun]) -> Result<Comparison, Error> {
-    let [base, others @ ..] = runs else { return Err(too_few()) };
-    if others.is_empty() {
-        return Err(too_few());
-    }
+    let (Some((base, others)), true) = (runs.split_first(), runs.len() > 1) else {
+        return Err(Error::key("compare", "one run", "name two or more folders of 'sensel run'"));
+    };
     Ok(comparison(base, others.iter().map(|other| against(base, other)).collect::<Result<_, _>>()?))
 }
 
@@ -110,10 +109,6 @@ pub fn compare_replicates(a: &[FinishedRun], b: &[FinishedRun]) -> Result<Compar
         ..pairs[0].clone()
     };
     Ok(comparison(&a[0], vec![all]))
-}
-
-fn too_few() -> Error {
-    Error::key("compare", "one run", "name two or more folders of 'sensel run'")
 }
 
 fn head(run: &FinishedRun) -> RunHead {

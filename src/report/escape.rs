@@ -15,3 +15,8 @@ pub(crate) fn escaped(text: &str) -> String {
     }
     safe
 }
+
+/// Adds a line of text to an SVG; `class` sets how it looks and where it is anchored.
+pub(crate) fn svg_text(svg: &mut String, x_px: f64, y_px: f64, class: &str, words: &str) {
+    *svg += &format!("<text x=\"{x_px:.1}\" y=\"{y_px:.1}\" class=\"{class}\">{}</text>\n", escaped(words));
+}

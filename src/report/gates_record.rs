@@ -57,15 +57,8 @@ impl GateBlock {
 impl Gates {
     /// The table as lines of text.
     pub fn text(&self) -> String {
-        let mut text = format!(
-            "{:<26} {:>10} {:>11} {:>11} {:>10} {:>20}\n",
-            format!("gates at {} nm", self.node_nm),
-            "cells",
-            "flip-flops",
-            "SRAM bits",
-            "mm2",
-            "likely mm2"
-        );
+        let node = format!("gates at {} nm", self.node_nm);
+        let mut text = format!("{node:<26}      cells  flip-flops   SRAM bits        mm2           likely mm2\n");
         for block in self.blocks.iter().chain([&self.total]) {
             // As many digits as a table between points and an area within a factor hold.
             let [cells, flip_flops, sram_bits] =

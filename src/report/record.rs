@@ -204,6 +204,20 @@ pub struct Phase {
     pub end_us: f64,
 }
 
+impl Phase {
+    /// Spans by lane, in the order in which lanes first occur.
+    pub(crate) fn by_lane(phases: &[Self]) -> Vec<(&str, Vec<&Self>)> {
+        let mut lanes: Vec<(&str, Vec<&Self>)> = Vec::new();
+        for phase in phases {
+            match lanes.iter_mut().find(|(name, _)| *name == phase.lane) {
+                Some((_, spans)) => spans.push(phase),
+                None => lanes.push((&phase.lane, vec![phase])),
+            }
+        }
+        lanes
+    }
+}
+
 /// Bits that leave the sensors, all cameras of the rig together.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -381,13 +395,7 @@ pub struct FrameRecord {
 impl Report {
     /// A figure for the report; where it cannot be measured, the reason is noted under its path.
     pub fn figure<T>(&mut self, path: &str, figure: Result<T, NotMeasurable>) -> Option<T> {
-        match figure {
-            Ok(value) => Some(value),
-            Err(reason) => {
-                self.not_measurable.insert(path.to_owned(), reason.to_string());
-                None
-            }
-        }
+        figure.map_err(|reason| self.not_measurable.insert(path.to_owned(), reason.to_string())).ok()
     }
 
     /// Adds what accuracy costs in time. Rows say by themselves why they lack a figure.

@@ -5,9 +5,6 @@ mod lines;
 mod picture;
 mod spans;
 
-use std::fmt::Write as _;
-
-use spans::TEXT;
 pub use spans::{BandKind, LineBudget, RowBand, TimingDiagram};
 
 impl TimingDiagram {
@@ -17,14 +14,13 @@ impl TimingDiagram {
         for budget in &self.budgets {
             let limits = if budget.limits { "  decides" } else { "" };
             let LineBudget { name, time_us, needed_hts, slack_us, .. } = budget;
-            writeln!(text, "  {name:<16} {time_us:12.3} us  HTS {needed_hts:<6} {slack_us:.3} us{limits}").expect(TEXT);
+            text += &format!("  {name:<16} {time_us:12.3} us  HTS {needed_hts:<6} {slack_us:.3} us{limits}\n");
         }
         for (title, phases) in [("within a line", &self.timing.line), ("within a frame", &self.timing.frame)] {
-            writeln!(text, "{title}").expect(TEXT);
+            text += &format!("{title}\n");
             for phase in phases {
                 let (lane, name) = (&phase.lane, &phase.name);
-                writeln!(text, "  {lane:<16} {name:<14} {:12.3} to {:12.3} us", phase.start_us, phase.end_us)
-                    .expect(TEXT);
+                text += &format!("  {lane:<16} {name:<14} {:12.3} to {:12.3} us\n", phase.start_us, phase.end_us);
             }
         }
         text

@@ -18,7 +18,6 @@ pub struct Analog<'a> {
 }
 
 impl<'a> Analog<'a> {
-    /// Converters at rest.
     pub fn new(converter: &'a Converter, columns: &'a Columns<'a>, width_px: u32) -> Self {
         let all: Vec<usize> = (0..index(width_px)).collect();
         Self { converter, columns, held_uv: vec![0.0; all.len()], all, running: None }
@@ -55,7 +54,6 @@ impl<'a> Analog<'a> {
         f64_from_i64(self.converter.level_nv(self.held_uv[column])) / 1000.0
     }
 
-    /// A column's comparator.
     pub fn is_high(&self, column: usize) -> bool {
         self.running.as_ref().is_some_and(|running| running.bits()[column])
     }

@@ -13,7 +13,6 @@ pub struct Frequency {
 }
 
 impl Frequency {
-    /// So many whole Hz.
     pub fn hz(clocks: u64) -> Self {
         Self { clocks, seconds: 1 }
     }

@@ -1,12 +1,10 @@
 //! Frame signals from the schedule: frame number and start, `frame_valid`, the line being read, and the exposure of each selected row.
 
-use super::clocks::instant_ps;
 use super::lines::{RowLine, pix_clk, row_line};
 use super::plan::WavePlan;
 use super::signals::{Recorder, SignalId, SignalKind, Value};
 use crate::units::RowIndex;
 
-/// Where the frame's signals go.
 #[derive(Debug)]
 pub struct FrameSignals {
     frame_valid: SignalId,
@@ -51,6 +49,5 @@ impl FrameSignals {
 }
 
 fn at_ps(plan: &WavePlan<'_>, clock: u64) -> u64 {
-    let pix_clk = pix_clk(&plan.sensor.schedule);
-    instant_ps(pix_clk, clock, pix_clk, 0)
+    plan.at_ps(clock, pix_clk(&plan.sensor.schedule), 0)
 }

@@ -42,7 +42,6 @@ impl Lanes {
     }
 }
 
-/// Where the lanes' pins go.
 #[derive(Debug)]
 pub struct LaneSignals {
     lane_clk: SignalId,
@@ -105,7 +104,6 @@ impl LaneSignals {
     }
 }
 
-/// Where the link's signals go.
 #[derive(Debug)]
 pub struct LinkSignals {
     request: SignalId,
@@ -157,32 +155,31 @@ impl LinkSignals {
         let entry = link.burst_entry().0;
         let lanes = distribute(packet, index(link.lanes));
         let longest = u64_from(lanes.iter().map(Vec::len).max().unwrap_or(0));
-        let set =
-            |recorder: &mut Recorder, signal, time_ps, value: u64| recorder.set(signal, time_ps, Value::Bits(value));
+        let mut set = |signal, time_ps, value: u64| recorder.set(signal, time_ps, Value::Bits(value));
         for signal in self.all() {
-            set(recorder, signal, byte_ps(0), 0);
+            set(signal, byte_ps(0), 0);
         }
-        set(recorder, self.request, byte_ps(0), 1);
-        set(recorder, self.ready, byte_ps(2 * entry), 1);
+        set(self.request, byte_ps(0), 1);
+        set(self.ready, byte_ps(2 * entry), 1);
         for byte in 0..longest {
-            set(recorder, self.byte_clk, byte_ps(2 * (entry + byte)), 1);
-            set(recorder, self.byte_clk, byte_ps(2 * (entry + byte) + 1), 0);
+            set(self.byte_clk, byte_ps(2 * (entry + byte)), 1);
+            set(self.byte_clk, byte_ps(2 * (entry + byte) + 1), 0);
         }
         for (lane, bytes) in lanes.iter().enumerate() {
             for (place, &byte) in bytes.iter().enumerate() {
-                set(recorder, self.bytes[lane], byte_ps(2 * (entry + u64_from(place))), byte.into());
+                set(self.bytes[lane], byte_ps(2 * (entry + u64_from(place))), byte.into());
             }
-            set(recorder, self.bytes[lane], byte_ps(2 * (entry + u64_from(bytes.len()))), 0);
+            set(self.bytes[lane], byte_ps(2 * (entry + u64_from(bytes.len()))), 0);
             let wire: Vec<u8> = std::iter::once(SYNC_BYTE).chain(bytes.iter().copied()).collect();
             let first = BYTE_BITS * (entry - 1);
             for (place, bit) in serial_bits(&wire).iter().by_vals().enumerate() {
-                set(recorder, self.bits[lane], bit_ps(2 * (first + u64_from(place))), bit.into());
+                set(self.bits[lane], bit_ps(2 * (first + u64_from(place))), bit.into());
             }
-            set(recorder, self.bits[lane], bit_ps(2 * (first + BYTE_BITS * u64_from(wire.len()))), 0);
+            set(self.bits[lane], bit_ps(2 * (first + BYTE_BITS * u64_from(wire.len()))), 0);
         }
         let end_ps = byte_ps(2 * (entry + longest));
-        set(recorder, self.ready, end_ps, 0);
-        set(recorder, self.request, end_ps, 0);
+        set(self.ready, end_ps, 0);
+        set(self.request, end_ps, 0);
         end_ps
     }
 }

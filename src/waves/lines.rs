@@ -11,7 +11,6 @@ pub struct RowLine {
     pub array_row: u32,
     /// Line within the readout, from that of the first row on.
     pub line: u32,
-    /// First clock of the line.
     pub start_clk: u64,
     /// First and last instant of the exposure.
     pub exposure_clk: [u64; 2],
@@ -22,7 +21,6 @@ pub fn pix_clk(schedule: &Schedule) -> Frequency {
     Frequency::hz(schedule.pixel_rate_hz())
 }
 
-/// The line of a row of the picture.
 pub fn row_line(schedule: &Schedule, frame: FrameIndex, row: RowIndex) -> RowLine {
     let array_row = schedule.geometry().rows_of(row).next().expect("a row of the picture is read");
     let zero_clk = schedule.frame_start_clk(frame).0;

@@ -1,14 +1,10 @@
 //! Draws the conversions of the first shown row as a stand-alone SVG: phases, ramp and samples, comparators, counters and codes over one
 //! time axis. Letters are text; colours follow the reader's light or dark mode. All values come from the waves.
 
-use std::fmt::Write as _;
-
 use super::signals::{Value, Waves};
 use crate::num::{f64_from_i64, f64_from_u64, f64_from_usize, greater, index, lesser, u32_truncated, u64_half_even};
-use crate::report::escape::escaped;
+use crate::report::escape::{escaped, svg_text as text};
 
-/// Why writing into a `String` is expected to work.
-const TEXT: &str = "writing to a string cannot fail";
 const WIDTH_PX: f64 = 960.0;
 const LEFT_PX: f64 = 128.0;
 const RIGHT_PX: f64 = 858.0;
@@ -39,7 +35,6 @@ text{fill:var(--ink)}.s{fill:var(--soft);font-size:12px}.h{font-weight:650;font-
 /// A signal over the line: instants in picoseconds with what holds from then on, the first of them at the line's start.
 type Curve = Vec<(u64, f64)>;
 
-/// One column over the line.
 struct PlotColumn<'a> {
     name: &'a str,
     input_mv: Curve,
@@ -128,20 +123,11 @@ fn curve_of(waves: &Waves, scope: &str, name: &str, end_ps: u64, start_ps: u64) 
     let Some(signal) = waves.find(scope, name) else { return Vec::new() };
     let kind = waves.signals[signal.0].kind;
     let mut curve: Curve = Vec::new();
-    for (time_ps, value) in waves.of(signal) {
-        if time_ps >= end_ps {
-            break;
-        }
-        let Some(value) = number(value, kind) else {
-            if time_ps <= start_ps {
-                curve.clear();
-            }
-            continue;
-        };
+    for (time_ps, value) in waves.of(signal).into_iter().take_while(|change| change.0 < end_ps) {
         if time_ps <= start_ps {
             curve.clear();
         }
-        curve.push((time_ps.max(start_ps), value));
+        curve.extend(number(value, kind).map(|value| (time_ps.max(start_ps), value)));
     }
     curve
 }
@@ -155,10 +141,6 @@ fn number(value: Value, kind: super::SignalKind) -> Option<f64> {
     }
 }
 
-fn text(body: &mut String, x_px: f64, y_px: f64, class: &str, words: &str) {
-    writeln!(body, "<text x=\"{x_px:.1}\" y=\"{y_px:.1}\" class=\"{class}\">{}</text>", escaped(words)).expect(TEXT);
-}
-
 /// A band with the phases' names; gives the height where it ends.
 fn phases(body: &mut String, waves: &Waves, span: TimeSpan, top_px: f64) -> f64 {
     let phases = curve_of(waves, "sequencer", "phase", span.end_ps, span.start_ps);
@@ -167,13 +149,11 @@ fn phases(body: &mut String, waves: &Waves, span: TimeSpan, top_px: f64) -> f64 
         let next_ps = phases.get(place + 1).map_or(span.end_ps, |next| next.0);
         let (from_px, to_px) = (span.x_px(time_ps), span.x_px(next_ps));
         let name = PHASES.get(index(u32_truncated(phase))).copied().unwrap_or("");
-        writeln!(
-            body,
+        *body += &format!(
             "<rect x=\"{from_px:.1}\" y=\"{top_px}\" width=\"{:.1}\" height=\"22\" class=\"bed\"><title>{name}</title></rect>\
-             <path d=\"M{from_px:.1} {top_px}v22\" class=\"r\"/>",
+             <path d=\"M{from_px:.1} {top_px}v22\" class=\"r\"/>\n",
             to_px - from_px
-        )
-        .expect(TEXT);
+        );
         // Six and a half pixels a letter; a phase too narrow for its name goes without.
         if to_px - from_px > 6.5 * f64_from_usize(name.len()) {
             text(body, 0.5 * (from_px + to_px), top_px + 15.0, "s m", name);
@@ -195,7 +175,7 @@ fn panel(
     for share in [0.0, 0.5, 1.0] {
         let value = least + share * range;
         let at_px = y_px(value);
-        writeln!(body, "<path d=\"M{LEFT_PX} {at_px:.1}H{RIGHT_PX}\" class=\"g\"/>").expect(TEXT);
+        *body += &format!("<path d=\"M{LEFT_PX} {at_px:.1}H{RIGHT_PX}\" class=\"g\"/>\n");
         let digits = if range < 10.0 { 2 } else { usize::from(range < 100.0) };
         text(body, LEFT_PX - 8.0, at_px + 4.0, "s e", &format!("{value:.digits$} {unit}"));
     }
@@ -220,7 +200,7 @@ fn steps(body: &mut String, curve: &Curve, span: TimeSpan, y_px: &dyn Fn(f64) ->
         let start = if path.is_empty() { format!("M{x:.1} {y:.1}") } else { format!("H{x:.1}V{y:.1}") };
         path.push_str(&start);
     }
-    writeln!(body, "<path d=\"{path}H{RIGHT_PX:.1}\" {attributes}/>").expect(TEXT);
+    *body += &format!("<path d=\"{path}H{RIGHT_PX:.1}\" {attributes}/>\n");
 }
 
 fn mean_step(curve: &Curve) -> f64 {
@@ -246,7 +226,7 @@ fn ramp(body: &mut String, waves: &Waves, columns: &[PlotColumn<'_>], span: Time
         for &time_ps in &rises(&column.comparator) {
             let Some(ramp) = ramp_mv.iter().take_while(|point| point.0 <= time_ps).last() else { continue };
             let (x, y) = (span.x_px(time_ps), y_px(ramp.1));
-            writeln!(body, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\" fill=\"var(--s{place})\"/>").expect(TEXT);
+            *body += &format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\" fill=\"var(--s{place})\"/>\n");
         }
     }
     top_px + PANEL_PX
@@ -292,7 +272,7 @@ fn axis(body: &mut String, span: TimeSpan, top_px: f64) -> f64 {
     for part in 0..=5 {
         let time_ps = length_ps / 5 * part;
         let x_px = span.x_px(span.start_ps + time_ps);
-        writeln!(body, "<path d=\"M{x_px:.1} {top_px:.1}v5\" class=\"r\"/>").expect(TEXT);
+        *body += &format!("<path d=\"M{x_px:.1} {top_px:.1}v5\" class=\"r\"/>\n");
         let unit = if part == 5 { " \u{b5}s" } else { "" };
         text(body, x_px, top_px + 20.0, "s m", &format!("{:.2}{unit}", 1e-6 * f64_from_u64(time_ps)));
     }

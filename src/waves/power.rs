@@ -8,7 +8,6 @@ use crate::report::energy_record::LinePower;
 /// Spans begin at whole nanoseconds of the line.
 pub const CLOCK_HZ: u64 = 1_000_000_000;
 
-/// Where power goes.
 #[derive(Debug)]
 pub struct PowerSignals {
     /// One a block, in the order of the spans' blocks.

@@ -28,9 +28,7 @@ pub struct LineClocks {
     pub line_adc_clk: u64,
     /// Array row of the first line, and the distance from line to line.
     pub first_row: u32,
-    /// As above.
     pub row_step: u32,
-    /// Rows that follow each other.
     pub rows: u32,
 }
 
@@ -82,7 +80,6 @@ pub fn core_config(adc: &AdcParams, line: LineClocks, columns: u32, pulses: Puls
     Ok(config)
 }
 
-/// A pin of the core.
 struct Pin {
     scope: &'static str,
     name: &'static str,
@@ -98,7 +95,7 @@ const fn pin(scope: &'static str, name: &'static str, bits: u32, of: fn(&CoreOut
 /// stands beside it, for viewers without a table of names.
 const PINS: &[Pin] = &[
     pin("sequencer", "row", 16, |out| out.seq.row.into()),
-    pin("sequencer", "phase", 3, |out| phase(out.seq.state)),
+    pin("sequencer", "phase", 3, |out| out.seq.state as u64),
     pin("sequencer", "settle_reset", 1, |out| (out.seq.state == SeqState::SettleReset).into()),
     pin("sequencer", "ramp_reset", 1, |out| (out.seq.state == SeqState::RampReset).into()),
     pin("sequencer", "settle_signal", 1, |out| (out.seq.state == SeqState::SettleSignal).into()),
@@ -120,18 +117,6 @@ const PINS: &[Pin] = &[
     pin("ramp", "count", 17, |out| out.ramp.count.into()),
 ];
 
-fn phase(state: SeqState) -> u64 {
-    match state {
-        SeqState::Idle => 0,
-        SeqState::SettleReset => 1,
-        SeqState::RampReset => 2,
-        SeqState::SettleSignal => 3,
-        SeqState::RampSignal => 4,
-        SeqState::Blank => 5,
-    }
-}
-
-/// Where the core's pins go.
 #[derive(Debug)]
 pub struct CoreSignals {
     pins: Vec<SignalId>,

@@ -40,11 +40,8 @@ impl Selection {
         let columns = list("--wave-columns", asked.columns, default_columns, size.width_px)?;
         let frame = asked.frame.unwrap_or(0);
         if frame >= frames {
-            return Err(Error::key(
-                "--wave-frame",
-                frame,
-                format!("the run has {frames} frames; use 0 to {}", frames - 1),
-            ));
+            let reason = format!("the run has {frames} frames; use 0 to {}", frames - 1);
+            return Err(Error::key("--wave-frame", frame, reason));
         }
         Ok(Self { rows: rows.into_iter().map(RowIndex).collect(), columns, frame: FrameIndex(frame) })
     }

@@ -61,7 +61,7 @@ impl Chain {
             self.gather(at, buffers);
             self.readings[number].sense(at, self.die_seed, buffers);
         };
-        let Some(layout) = self.layout.as_ref().filter(|layout| layout.charge_rows_of_one() > 1) else {
+        let Some(layout) = self.charge_binning() else {
             load(places[0], buffers);
             return;
         };

@@ -1,6 +1,6 @@
 //! The charge of every pixel, in electrons, after the pixel's effects and before conversion.
 
-use super::state::{Capture, Chain, ROWS_PER_CHUNK, RowTimes, Shot};
+use super::state::{Capture, Chain, ROWS_PER_CHUNK, RowTimes};
 use crate::parallel::over_chunks;
 use crate::plane::Plane;
 
@@ -9,11 +9,8 @@ impl Chain {
     /// `capture`: shot noise, dark charge, full well and all other selected effects on charge are in, conversion gain, kTC and
     /// read noise are not. Pixels that binning joins stand apart; the first reading's, where there are two.
     pub fn electrons(&self, photons: &Plane<f32>, capture: Capture<'_>, times: &[RowTimes]) -> Plane<f32> {
-        assert!(times.len() == photons.height_px(), "every row has its times");
-        let mut shot = Shot { photons, charge_e: None, capture, times, shifts_dn: Vec::new(), columns: Vec::new() };
-        shot.charge_e = self.has_array_effects().then(|| self.array_electrons(&shot, &mut vec![0; self.counters()]).0);
-        let (first_row, first_column) =
-            self.layout.as_ref().map_or((0, 0), |layout| (layout.first_row(), layout.first_column()));
+        let shot = self.unconverted_shot(photons, capture, times);
+        let (first_row, first_column) = self.window_origin();
         let mut electrons = Plane::filled(photons.size(), 0.0_f32);
         let width = photons.width_px();
         let chunk = |number: usize, rows: &mut [f32]| {

@@ -6,7 +6,7 @@
 //! well clips a normal. The converters' part is in `adc/expected`. Effects that are in neither `STANDING` nor `DRAWN` have no closed form
 //! here and are refused by name: defects with random draws, traps, clock jitter, and what spreads charge between pixels or frames.
 
-use super::row::RowBuffers;
+use super::row::{RowAt, RowBuffers};
 use super::state::{Capture, Chain, ROWS_PER_CHUNK, RowTimes};
 use crate::adc::{CodeMoments, NoisyLevel, clipped};
 use crate::effect::Effect;
@@ -84,7 +84,7 @@ impl Chain {
                 "sensor.pixel.dcnu = 0 and sensor.die_dark_sigma = 0",
             );
         }
-        if !reading.converter().has_moments() {
+        if !reading.converter.has_moments() {
             return refuse("a ramp of unequal steps, of kickback or of delays", "an ideal ramp");
         }
         if self.merge.is_some() || self.layout.is_some() || self.black.clamp {
@@ -104,7 +104,7 @@ impl Chain {
             for (offset, moments) in rows.chunks_exact_mut(width).enumerate() {
                 let row = index * ROWS_PER_CHUNK + offset;
                 let found = self.expected_row(photons.row(row), self.at(capture, row, times[row]), &mut buffers);
-                let converter = self.readings[0].converter();
+                let converter = &self.readings[0].converter;
                 for (column, pixel) in moments.iter_mut().enumerate() {
                     let signal = NoisyLevel { mean_uv: found.mean[column], variance_uv2: found.variance[column] };
                     let mean_uv = found.reset_uv.get(column).map_or(0.0, |&reset| f64::from(reset));
@@ -118,7 +118,7 @@ impl Chain {
         Expected { mean_dn: moments.map(|pixel| pixel[0]), variance_dn2: moments.map(|pixel| pixel[1]) }
     }
 
-    fn expected_row(&self, photons: &[f32], at: super::row::RowAt, buffers: &mut RowBuffers) -> ExpectedRow {
+    fn expected_row(&self, photons: &[f32], at: RowAt, buffers: &mut RowBuffers) -> ExpectedRow {
         let pixel = &self.parameters.pixel;
         buffers.values.copy_from_slice(photons);
         pixel::photons_to_mean_electrons(pixel, &mut buffers.values);
@@ -144,7 +144,7 @@ impl Chain {
         row
     }
 
-    fn expect(&self, effect: &dyn Effect, at: super::row::RowAt, buffers: &mut RowBuffers, row: &mut ExpectedRow) {
+    fn expect(&self, effect: &dyn Effect, at: RowAt, buffers: &mut RowBuffers, row: &mut ExpectedRow) {
         let pixel = &self.parameters.pixel;
         match effect.name() {
             "shot_noise" => row.variance.iter_mut().zip(&row.mean).for_each(|(variance, mean_e)| *variance += mean_e),
@@ -204,7 +204,7 @@ impl Chain {
     }
 
     /// Effects without draws act on two points, a sigma above and below the mean.
-    fn through(&self, effect: &dyn Effect, at: super::row::RowAt, buffers: &mut RowBuffers, row: &mut ExpectedRow) {
+    fn through(&self, effect: &dyn Effect, at: RowAt, buffers: &mut RowBuffers, row: &mut ExpectedRow) {
         let reset_uv = row.reset_uv.clone();
         let mut ends: [Vec<f32>; 2] = Default::default();
         for (end, side) in ends.iter_mut().zip([-1.0, 1.0]) {

@@ -3,15 +3,13 @@
 //! A pixel is read once, or with dual conversion gain twice: the same charge at two gains, each conversion with independent noise.
 
 use super::super::Parameters;
-use super::row::{RowAt, RowBuffers, apply_all};
+use super::row::{RowAt, RowBuffers};
 pub(super) use super::state::Reading;
 use crate::adc::{self, Columns, Converter, RowWork};
 use crate::draw::{DrawKey, RowPlace};
 use crate::effect::{Domain, Effect};
 use crate::events::Events;
-use crate::fidelity::Rung;
 use crate::pixel;
-use crate::rtl_simulator::SharedRtlSimulator;
 
 impl Reading {
     /// The reading of that number; effects of earlier domains are left to the caller.
@@ -27,41 +25,21 @@ impl Reading {
     /// From gathered electrons to electrons at the sense node, in place. What happens to the charge happens once, so its draws are the
     /// same in every reading.
     pub fn sense(&self, at: RowAt, die_seed: u64, buffers: &mut RowBuffers) {
-        let mut hits = std::mem::take(&mut buffers.hits);
-        let mut pass = buffers.pass(at, die_seed);
-        apply_all(&self.effects[..self.sampled_from], &mut pass, &mut hits[self.first_counter..]);
-        buffers.hits = hits;
+        let effects = &self.effects[..self.sampled_from];
+        buffers.apply_all(effects, (at, die_seed), f32::INFINITY, self.first_counter);
     }
 
     /// From electrons at the sense node to the samples at the converters' inputs, in place.
     pub fn sample(&self, at: RowAt, die_seed: u64, buffers: &mut RowBuffers) {
         buffers.reset.fill(0.0);
-        let mut hits = std::mem::take(&mut buffers.hits);
-        let mut pass = buffers.pass(self.numbered(at), die_seed);
-        pixel::electrons_to_microvolts(&self.parameters.pixel, pass.values);
-        let from = self.sampled_from;
-        apply_all(&self.effects[from..], &mut pass, &mut hits[self.first_counter + from..]);
-        buffers.hits = hits;
+        pixel::electrons_to_microvolts(&self.parameters.pixel, &mut buffers.values);
+        let (from, place) = (self.sampled_from, (self.numbered(at), die_seed));
+        buffers.apply_all(&self.effects[from..], place, f32::INFINITY, self.first_counter + from);
     }
 
     /// Effects on sensed electrons and on microvolts, in physical order.
     pub fn effects(&self) -> impl Iterator<Item = &dyn Effect> {
         self.effects.iter().map(AsRef::as_ref)
-    }
-
-    /// What makes codes of samples.
-    pub fn converter(&self) -> &Converter {
-        &self.converter
-    }
-
-    /// The same with its converters on another rung.
-    pub fn on_rung(self, rung: Rung) -> Self {
-        Self { converter: self.converter.at(rung), ..self }
-    }
-
-    /// The same with its columns' counters in Verilog where they go clock by clock.
-    pub fn in_verilog(self, verilog: Option<SharedRtlSimulator>) -> Self {
-        Self { converter: self.converter.in_verilog(verilog), ..self }
     }
 
     /// The converters of a die, of the columns that are read; none named: all.

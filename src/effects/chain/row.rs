@@ -65,14 +65,24 @@ impl RowBuffers {
             idle_px: 0,
         }
     }
-}
 
-/// Runs effects over a row in their order, and counts the pixels of each into its place of `hits`.
-pub(super) fn apply_all(effects: &[Box<dyn Effect>], pass: &mut RowPass<'_>, hits: &mut [u64]) {
-    for (effect, hits) in effects.iter().zip(hits) {
-        pass.idle_px = 0;
-        effect.apply(pass);
-        *hits += u64_from(pass.values.len() - pass.idle_px);
+    /// Runs effects over a row in their order, and counts the pixels of each into its place of `hits`, from `first_counter` on.
+    pub fn apply_all(
+        &mut self,
+        effects: &[Box<dyn Effect>],
+        (at, die_seed): (RowAt, u64),
+        full_from_e: f32,
+        first_counter: usize,
+    ) {
+        let mut hits = std::mem::take(&mut self.hits);
+        let mut pass = self.pass(at, die_seed);
+        pass.full_from_e = full_from_e;
+        for (effect, hits) in effects.iter().zip(&mut hits[first_counter..]) {
+            pass.idle_px = 0;
+            effect.apply(&mut pass);
+            *hits += u64_from(pass.values.len() - pass.idle_px);
+        }
+        self.hits = hits;
     }
 }
 
@@ -113,9 +123,7 @@ impl Chain {
         times: &[RowTimes],
         rows: &[RowIndex],
     ) -> Vec<RowSamples> {
-        assert!(times.len() == photons.height_px(), "every row has its times");
-        let mut shot = Shot { photons, charge_e: None, capture, times, shifts_dn: Vec::new(), columns: Vec::new() };
-        shot.charge_e = self.has_array_effects().then(|| self.array_electrons(&shot, &mut vec![0; self.counters()]).0);
+        let shot = self.unconverted_shot(photons, capture, times);
         let read = self.layout.as_ref().map(WindowLayout::read_columns);
         let picked = |row: Vec<f32>| match &read {
             Some(read) => read.iter().filter_map(|&place| row.get(place).copied()).collect(),
@@ -133,8 +141,7 @@ impl Chain {
 
     /// The electrons of an array row into the buffer: as the effects of the array left them, or gathered now.
     pub(super) fn load(&self, shot: &Shot<'_>, array_row: usize, buffers: &mut RowBuffers) {
-        let (first_row, first_column) =
-            self.layout.as_ref().map_or((0, 0), |layout| (layout.first_row(), layout.first_column()));
+        let (first_row, first_column) = self.window_origin();
         let row = array_row - first_row;
         let (outside, inside) = buffers.values.split_at_mut(first_column);
         outside.fill(0.0);
@@ -173,15 +180,13 @@ impl Chain {
     }
 
     pub(super) fn at_row(&self, shot: &Shot<'_>, array_row: usize) -> RowAt {
-        let first_row = self.layout.as_ref().map_or(0, WindowLayout::first_row);
-        self.at(shot.capture, array_row, shot.times[array_row - first_row])
+        self.at(shot.capture, array_row, shot.times[array_row - self.window_origin().0])
     }
 
     /// Electrons at the sense node into the buffer: of one array row, or of several whose charges meet there.
     fn load_together(&self, number: usize, shot: &Shot<'_>, array_rows: &[usize], buffers: &mut RowBuffers) {
         let reading = &self.readings[number];
-        let binned = self.layout.as_ref().filter(|layout| layout.mode() == Some(BinningMode::Charge));
-        let Some(layout) = binned else {
+        let Some(layout) = self.charge_binning() else {
             self.load(shot, array_rows[0], buffers);
             reading.sense(self.at_row(shot, array_rows[0]), self.die_seed, buffers);
             return;
@@ -217,12 +222,15 @@ impl Chain {
         shift_row(codes, shot.shifts_dn[number], reading.parameters.adc.code_max());
     }
 
+    /// The layout where charges of several pixels become one.
+    pub(super) fn charge_binning(&self) -> Option<&WindowLayout> {
+        self.layout.as_ref().filter(|layout| layout.mode() == Some(BinningMode::Charge))
+    }
+
     /// Counts what charge binning does besides a row's conversions: every pixel is reset and transferred; one of the group is
     /// counted with its conversion.
     fn count_others(&self, events: &mut Events) {
-        let Some(layout) = self.layout.as_ref().filter(|layout| layout.mode() == Some(BinningMode::Charge)) else {
-            return;
-        };
+        let Some(layout) = self.charge_binning() else { return };
         let others = u64::from(layout.output_size().width_px) * u64::from(layout.pixels_of_one() - 1);
         events.add(Event::PixelReset, others);
         events.add(Event::ChargeTransfer, others * self.parameters.pixel.pixel_type.transfers());

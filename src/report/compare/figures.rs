@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::finished::FinishedRun;
 use super::replicates;
 use crate::pose::TimedPose;
-use crate::report::bootstrap::{Difference, Statistic, VALUES_MIN, paired, unpaired};
+use crate::report::bootstrap::{Difference, Statistic, VALUES_MIN, mean, paired, unpaired};
 use crate::report::pose_series::{PoseSeries, pose_series};
 use crate::report::record::FrameRecord;
 
@@ -97,6 +97,13 @@ struct Kind {
     statistic: Statistic,
     /// Whether its values lie between 0 and 1.
     is_share: bool,
+}
+
+impl Kind {
+    fn unmeasured(&self) -> FigureDifference {
+        let [key, name, unit] = [self.key, self.name, self.unit].map(str::to_owned);
+        FigureDifference { key, name, unit, ..FigureDifference::default() }
+    }
 }
 
 const fn kind(key: &'static str, name: &'static str, unit: &'static str, good: Good, statistic: Statistic) -> Kind {
@@ -206,9 +213,6 @@ fn difference(kind: &Kind, a: &[Option<f64>], b: &[Option<f64>], is_paired: bool
     let (of_a, of_b) = (kind.statistic.of(&a), kind.statistic.of(&b));
     let difference = of_a.zip(of_b).map(|(a, b)| b - a);
     FigureDifference {
-        key: kind.key.to_owned(),
-        name: kind.name.to_owned(),
-        unit: kind.unit.to_owned(),
         a: of_a,
         b: of_b,
         difference,
@@ -216,6 +220,7 @@ fn difference(kind: &Kind, a: &[Option<f64>], b: &[Option<f64>], is_paired: bool
         block_frames: found.map(|found| crate::num::u32_from(found.block_frames)),
         frames: [a.len(), b.len()].map(crate::num::u32_from),
         verdict: verdict(kind, found, difference, a.len().min(b.len())),
+        ..kind.unmeasured()
     }
 }
 
@@ -254,7 +259,7 @@ pub(super) fn over_pairs(pairs: &[Vec<FigureDifference>]) -> Vec<FigureDifferenc
 
 fn over_pairs_of(kind: &Kind, found: &[FigureDifference]) -> FigureDifference {
     let all = |value: &dyn Fn(&FigureDifference) -> Option<f64>| found.iter().filter_map(value).collect::<Vec<f64>>();
-    let mean_of = |values: &[f64]| (!values.is_empty()).then(|| replicates::mean(values));
+    let mean_of = |values: &[f64]| (!values.is_empty()).then(|| mean(values));
     let differences = all(&|figure| figure.difference);
     let interval = replicates::interval(&differences, kind.is_share);
     let verdict = match (interval, differences.len()) {
@@ -264,15 +269,12 @@ fn over_pairs_of(kind: &Kind, found: &[FigureDifference]) -> FigureDifference {
     };
     let frames = |run: usize| found.iter().map(|figure| figure.frames[run]).sum();
     FigureDifference {
-        key: kind.key.to_owned(),
-        name: kind.name.to_owned(),
-        unit: kind.unit.to_owned(),
         a: mean_of(&all(&|figure| figure.a)),
         b: mean_of(&all(&|figure| figure.b)),
         difference: mean_of(&differences),
         interval,
-        block_frames: None,
         frames: [frames(0), frames(1)],
         verdict,
+        ..kind.unmeasured()
     }
 }

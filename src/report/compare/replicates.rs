@@ -5,7 +5,7 @@
 
 use crate::error::Error;
 use crate::num::{f64_from_usize, greater, lesser};
-use crate::report::bootstrap::student;
+use crate::report::bootstrap::{mean, student};
 
 use super::config::{check_same_scene, differences, is_among};
 use super::finished::FinishedRun;
@@ -18,10 +18,6 @@ const REPLICATED: [&str; 4] = ["seed", "sensor.die", "run.render_seed", "motion"
 const TAIL: f64 = 0.025;
 /// Differences of shares nearer than this are the same: they are ratios of frames.
 const SAME_SHARE: f64 = 1e-9;
-
-pub(super) fn mean(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |sum, value| sum + value) / f64_from_usize(values.len())
-}
 
 /// 95 % interval of the mean of independent differences; none of fewer than `PAIRS_MIN`. A share is bounded by 1, and where most pairs
 /// differ by the same, rare events decide it: an event that n pairs did not show may still have the probability 1 - 0.025^(1/n).

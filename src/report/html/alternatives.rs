@@ -1,6 +1,6 @@
 //! What raw pixels, features and both cost, from one run: the question that a sensor with compute is built for.
 
-use super::parts::section;
+use super::parts::{self, section};
 use crate::report::alternatives_record::{Alternative, LeftOut};
 use crate::report::html::energy::factor_of;
 use crate::report::html::text::{digits, digits_within, escaped, grouped, si};
@@ -39,19 +39,13 @@ pub(super) fn alternatives(report: &Report) -> String {
             row.ate_m.map_or_else(dash, |ate_m| si(ate_m, "m"))
         )
     };
-    let heads = ["mW", "analog", "digital", "port", "Mbit/s", "last bit", "pose", "host mJ a frame"];
-    let head: String = heads.iter().map(|head| format!("<th scope=\"col\" class=\"num\">{head}</th>")).collect();
     let left_out =
         |LeftOut { name, reason }: &LeftOut| format!("<li>{} is not possible: {}</li>", escaped(name), escaped(reason));
     let left_out: String = table.left_out.iter().map(left_out).collect();
-    let content = format!(
-        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"raw, features or both\">\
-         <table class=\"alternatives\"><thead><tr>\
-         <th scope=\"col\">what is sent</th>{head}<th scope=\"col\">keeps up</th><th scope=\"col\" class=\"num\">ATE</th></tr></thead>\
-         <tbody>{}</tbody></table></div>{}",
-        table.rows.iter().map(row).collect::<String>(),
-        if left_out.is_empty() { String::new() } else { format!("<ul class=\"note\">{left_out}</ul>") }
-    );
+    let heads = "what is sent|#mW|#analog|#digital|#port|#Mbit/s|#last bit|#pose|#host mJ a frame|keeps up|#ATE";
+    let rows: String = table.rows.iter().map(row).collect();
+    let left_out = if left_out.is_empty() { left_out } else { format!("<ul class=\"note\">{left_out}</ul>") };
+    let content = parts::table("raw, features or both", "alternatives", heads, &rows) + &left_out;
     let lead = format!(
         "One run\u{2019}s events under each way of sending, {} features a camera\u{2019}s frame, all sensors together. The host is {}; \
          times \

@@ -8,12 +8,7 @@ use crate::report::record::Report;
 
 pub(super) fn bandwidth(report: &Report) -> String {
     let bandwidth = &report.bandwidth;
-    let bar = |label: &str, bits_per_s: f64| Bar {
-        label: label.to_owned(),
-        value: bits_per_s,
-        whisker: None,
-        text: si(bits_per_s, "bit/s"),
-    };
+    let bar = |label: &str, bits_per_s: f64| Bar::new(label, bits_per_s, si(bits_per_s, "bit/s"));
     let rate = |bits_per_frame: f64| bits_per_frame * report.timing.fps;
     let shown = [
         bar("raw pixels", rate(bandwidth.raw_bits_per_frame)),

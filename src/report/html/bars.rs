@@ -1,7 +1,5 @@
 //! Horizontal bars as a table, so that they are read by eye, by screen reader and at any width.
 
-use std::fmt::Write as _;
-
 use crate::num::{greater, lesser};
 use crate::report::html::text::escaped;
 
@@ -15,6 +13,13 @@ pub(super) struct Bar {
     pub text: String,
 }
 
+impl Bar {
+    /// A bar without a whisker.
+    pub fn new(label: &str, value: f64, text: String) -> Self {
+        Self { label: label.to_owned(), value, whisker: None, text }
+    }
+}
+
 /// All bars share one linear scale from 0 to the greatest value or whisker.
 pub(super) fn bars(caption: &str, bars: &[Bar]) -> String {
     let end = |bar: &Bar| bar.whisker.map_or(bar.value, |(_, high)| greater(bar.value, high));
@@ -23,14 +28,13 @@ pub(super) fn bars(caption: &str, bars: &[Bar]) -> String {
     let mut html = format!("<table class=\"bars\"><caption>{}</caption><tbody>", escaped(caption));
     for bar in bars {
         let length = percent(bar.value);
-        write!(html, "<tr><th scope=\"row\">{}</th><td><div class=\"bar\">", escaped(&bar.label))
-            .expect(super::parts::TEXT);
-        write!(html, "<i style=\"width:{length:.2}%\"></i>").expect(super::parts::TEXT);
+        html += &format!("<tr><th scope=\"row\">{}</th><td><div class=\"bar\">", escaped(&bar.label));
+        html += &format!("<i style=\"width:{length:.2}%\"></i>");
         if let Some((low, high)) = bar.whisker {
             let (left, right) = (percent(low), percent(high));
-            write!(html, "<b style=\"left:{left:.2}%;width:{:.2}%\"></b>", right - left).expect(super::parts::TEXT);
+            html += &format!("<b style=\"left:{left:.2}%;width:{:.2}%\"></b>", right - left);
         }
-        write!(html, "</div></td><td class=\"num\">{}</td></tr>", escaped(&bar.text)).expect(super::parts::TEXT);
+        html += &format!("</div></td><td class=\"num\">{}</td></tr>", escaped(&bar.text));
     }
     html.push_str("</tbody></table>");
     html

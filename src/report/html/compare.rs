@@ -1,15 +1,13 @@
 //! The page of `sensel compare`: verdicts first, then every figure with its interval, pictures under a wiper, curves over each other.
 
-use std::fmt::Write as _;
-
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
-use super::parts::{TEXT, section};
+use super::parts::{section, table};
 use crate::num::{f64_from_usize, greater, lesser};
 use crate::plane::Plane;
-use crate::report::chart::{Axes, Ink, Series, SeriesShape, chart, runs_of};
-use crate::report::compare::{Against, Comparison, FigureDifference, FinishedRun, RunHead, Verdict};
+use crate::report::chart::{Axes, Ink, Series, chart, runs_of};
+use crate::report::compare::{Against, Comparison, FigureDifference, FinishedRun, KeyDifference, RunHead, Verdict};
 use crate::report::html::frames::png;
 use crate::report::html::page;
 use crate::report::html::text::{digits, escaped, si};
@@ -68,11 +66,9 @@ fn header(comparison: &Comparison, names: &[String]) -> String {
     };
     let heads = std::iter::once(&comparison.base).chain(comparison.others.iter().map(|other| &other.run));
     let rows: String = heads.zip(names).map(row).collect();
+    let table = table("", "", "run|folder|scenario|#seed|#frames|config", &rows);
     format!(
-        "<header class=\"top\"><p class=\"kicker\">sensel \u{b7} compare</p><h1>{}: {} against A</h1>\
-         <div class=\"scroll\" tabindex=\"0\"><table><thead><tr>\
-         <th scope=\"col\">run</th><th scope=\"col\">folder</th><th scope=\"col\">scenario</th><th scope=\"col\" class=\"num\">seed</th>\
-         <th scope=\"col\" class=\"num\">frames</th><th scope=\"col\">config</th></tr></thead><tbody>{rows}</tbody></table></div></header>",
+        "<header class=\"top\"><p class=\"kicker\">sensel \u{b7} compare</p><h1>{}: {} against A</h1>{table}</header>",
         escaped(&comparison.base.scenario),
         names[1..].join(", ")
     )
@@ -115,18 +111,12 @@ fn config(other: &Against, name: &str) -> String {
         Some(value) => format!("<td><code>{}</code></td>", escaped(value)),
         None => "<td class=\"note\">not set</td>".to_owned(),
     };
-    let rows: String = other
-        .config
-        .iter()
-        .map(|key| {
-            let name = escaped(&key.key);
-            format!("<tr><th scope=\"row\"><code>{name}</code></th>{}{}</tr>", cell(&key.a), cell(&key.b))
-        })
-        .collect();
-    let table = format!(
-        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"configuration\"><table><thead><tr><th scope=\"col\">key</th>\
-         <th scope=\"col\">A</th><th scope=\"col\">{name}</th></tr></thead><tbody>{rows}</tbody></table></div>"
-    );
+    let row = |key: &KeyDifference| {
+        let name = escaped(&key.key);
+        format!("<tr><th scope=\"row\"><code>{name}</code></th>{}{}</tr>", cell(&key.a), cell(&key.b))
+    };
+    let rows: String = other.config.iter().map(row).collect();
+    let table = table("configuration", "", &format!("key|A|{name}"), &rows);
     let lead = match other.config.len() {
         1 => "One key of the effective configuration differs.".to_owned(),
         count => format!("{count} keys of the effective configuration differ."),
@@ -165,14 +155,9 @@ pub fn range([low, high]: [f64; 2], unit: &str) -> String {
 
 fn figures(other: &Against, name: &str) -> String {
     let rows: String = other.figures.iter().map(figure_row).collect();
-    let table = format!(
-        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"figures of {name} against A\">\
-         <table class=\"figures\"><thead><tr>\
-         <th scope=\"col\">figure</th><th scope=\"col\" class=\"num\">A</th><th scope=\"col\" class=\"num\">{name}</th>\
-         <th scope=\"col\" class=\"num\">difference</th><th scope=\"col\" class=\"num\">95 % interval</th>\
-         <th scope=\"col\">\u{2212}100 % \u{2026} 0 \u{2026} +100 % of A</th><th scope=\"col\">verdict</th></tr></thead>\
-         <tbody>{rows}</tbody></table></div>"
-    );
+    let scale = "\u{2212}100 % \u{2026} 0 \u{2026} +100 % of A";
+    let heads = format!("figure|#A|#{name}|#difference|#95 % interval|{scale}|verdict");
+    let table = table(&format!("figures of {name} against A"), "figures", &heads, &rows);
     let lead = if other.paired_runs > 1 {
         "Means over pairs of runs; intervals by Student's t over the pairs. Pictures and curves are those of the first pair."
     } else {
@@ -230,12 +215,11 @@ fn forest(figure: &FigureDifference) -> String {
 fn wiper(frames: &[ComparedFrame], names: &[String]) -> String {
     let Some(first) = frames.first() else { return String::new() };
     let uri = |picture: &Plane<u8>| format!("data:image/png;base64,{}", STANDARD.encode(png(picture)));
-    let mut sources = String::from("[");
-    for frame in frames {
+    let source = |frame: &ComparedFrame| {
         let list: Vec<String> = frame.pictures.iter().map(|picture| format!("\"{}\"", uri(picture))).collect();
-        write!(sources, "[{}],", list.join(",")).expect(TEXT);
-    }
-    sources.push(']');
+        format!("[{}],", list.join(","))
+    };
+    let sources = format!("[{}]", frames.iter().map(source).collect::<String>());
     let options = |chosen: usize| {
         let option = |(place, name): (usize, &String)| {
             let selected = if place == chosen { " selected" } else { "" };
@@ -243,11 +227,10 @@ fn wiper(frames: &[ComparedFrame], names: &[String]) -> String {
         };
         names.iter().enumerate().map(option).collect::<String>()
     };
-    let captions: String = frames
-        .iter()
-        .enumerate()
-        .map(|(place, frame)| format!("<option value=\"{place}\">{}</option>", escaped(&frame.caption)))
-        .collect();
+    let caption = |(place, frame): (usize, &ComparedFrame)| {
+        format!("<option value=\"{place}\">{}</option>", escaped(&frame.caption))
+    };
+    let captions: String = frames.iter().enumerate().map(caption).collect();
     let (width, height) = (first.pictures[0].width_px(), first.pictures[0].height_px());
     let content = format!(
         "<div class=\"wiper-controls\"><label>frame <select id=\"wiper-frame\">{captions}</select></label>\
@@ -264,11 +247,8 @@ fn wiper(frames: &[ComparedFrame], names: &[String]) -> String {
         uri(&first.pictures[1.min(first.pictures.len() - 1)]),
         include_str!("wiper.js").replace("SOURCES", &sources)
     );
-    section(
-        "Pictures",
-        "Camera 0, codes as they left the converters. Drag the seam, or move it with the arrow keys.",
-        &content,
-    )
+    let lead = "Camera 0, codes as they left the converters. Drag the seam, or move it with the arrow keys.";
+    section("Pictures", lead, &content)
 }
 
 fn curves(runs: &[FinishedRun], names: &[String]) -> String {
@@ -283,17 +263,12 @@ fn curves(runs: &[FinishedRun], names: &[String]) -> String {
                 let frames = runs[place].report.frames.iter().enumerate();
                 let points = frames.map(|(k, frame)| (frame.t_s, values(place, k, frame)));
                 let width_px = if place == 0 { 3 } else { 2 };
-                Series {
-                    name: &names[place],
-                    ink: INKS[place],
-                    shape: SeriesShape::Line(width_px),
-                    runs: runs_of(points),
-                }
+                Series::line(&names[place], INKS[place], width_px, runs_of(points))
             })
             .collect()
     };
     let one = |title: &str, y_label: &str, values: &dyn Fn(usize, usize, &FrameRecord) -> Option<f64>| {
-        let axes = Axes { title, x_label: "time in s", y_label, from_zero: true, ..Axes::default() };
+        let axes = Axes { from_zero: true, ..Axes::over_time(title, y_label) };
         format!("<div><h3>{title}</h3>{}</div>", chart(&axes, &series(values)))
     };
     let charts = [

@@ -21,11 +21,8 @@ pub(super) fn hashes(report: &Report) -> String {
         ("poses", &hashes.poses),
     ];
     let table = format!("<table><tbody>{}</tbody></table>", rows.map(row).concat());
-    section(
-        "Identity",
-        "One config, seed and version give these bytes on any machine, with any number of threads.",
-        &table,
-    )
+    let lead = "One config, seed and version give these bytes on any machine, with any number of threads.";
+    section("Identity", lead, &table)
 }
 
 pub(super) fn config(report: &Report) -> String {

@@ -1,8 +1,6 @@
 //! Energy by block with its uncertainty, the constants that decided it, and every constant with its source.
 
-use std::fmt::Write as _;
-
-use super::parts::{TEXT, section};
+use super::parts::{section, table};
 use crate::report::energy_record::Interval;
 use crate::report::html::bars::{Bar, bars};
 use crate::report::html::text::{digits, digits_within, escaped, grouped, percent, si_within};
@@ -41,13 +39,9 @@ pub(super) fn factor_of(interval: Interval) -> f64 {
 
 fn deciders(report: &Report) -> String {
     let deciding = report.energy.deciders.iter().filter(|decider| decider.variance_share >= DECIDING_SHARE);
-    let bar = |decider: &crate::report::energy_record::Decider| Bar {
-        label: spoken(&decider.name),
-        value: decider.variance_share,
-        whisker: None,
-        text: percent(decider.variance_share),
-    };
-    let shown: Vec<_> = deciding.map(bar).collect();
+    let shown: Vec<_> = deciding
+        .map(|decider| Bar::new(&spoken(&decider.name), decider.variance_share, percent(decider.variance_share)))
+        .collect();
     if shown.is_empty() {
         return "<p class=\"note\">No constant is uncertain.</p>".to_owned();
     }
@@ -62,8 +56,7 @@ fn entries(report: &Report) -> String {
     let mut rows = String::new();
     for entry in &report.energy.entries {
         let unit = if entry.unit == "mW" { ("ms", "mW") } else { ("", "pJ") };
-        write!(
-            rows,
+        rows += &format!(
             "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td class=\"num\">{}\u{a0}{}</td><td class=\"num\">{}\u{a0}{}\
              </td><td class=\"num\">\u{d7}/\u{f7}\u{a0}{}</td><td class=\"num\">{}</td><td class=\"note\">{}</td></tr>",
             escaped(&spoken(&entry.name)),
@@ -76,15 +69,8 @@ fn entries(report: &Report) -> String {
             digits(entry.uncertainty_factor),
             si_within(entry.pj_per_frame * 1e-12, "J", entry.uncertainty_factor),
             escaped(&entry.source)
-        )
-        .expect(TEXT);
+        );
     }
-    format!(
-        "<details><summary>Every event and constant</summary><div class=\"scroll\" tabindex=\"0\"><table><thead><tr>\
-         <th scope=\"col\">event</th><th scope=\"col\">block</th><th scope=\"col\">rail</th>\
-         <th scope=\"col\" class=\"num\">per frame</th><th scope=\"col\" class=\"num\">constant</th>\
-         <th scope=\"col\" class=\"num\">within</th>\
-         <th scope=\"col\" class=\"num\">energy</th><th scope=\"col\">source</th></tr></thead><tbody>{rows}</tbody>\
-         </table></div></details>"
-    )
+    let heads = "event|block|rail|#per frame|#constant|#within|#energy|source";
+    format!("<details><summary>Every event and constant</summary>{}</details>", table("", "", heads, &rows))
 }

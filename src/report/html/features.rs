@@ -1,14 +1,14 @@
 //! Features found and tracked over time, and the picture's brightness beside them.
 
 use super::parts::section;
-use crate::report::chart::{Axes, Ink, Series, SeriesShape, chart};
+use crate::report::chart::{Axes, Ink, Series, chart};
 use crate::report::html::text::digits;
 use crate::report::record::{FrameRecord, Report};
 
 pub(super) fn features(report: &Report) -> String {
     let line = |name, ink, width_px, value: fn(&FrameRecord) -> f64| {
         let points = report.frames.iter().map(|frame| (frame.t_s, value(frame))).collect();
-        Series { name, ink, shape: SeriesShape::Line(width_px), runs: vec![points] }
+        Series::line(name, ink, width_px, vec![points])
     };
     let counts = [
         line("found by the sensors", Ink::Three, 2, |frame| f64::from(frame.found)),
@@ -17,8 +17,8 @@ pub(super) fn features(report: &Report) -> String {
     let codes = [line("mean code", Ink::One, 2, |frame| frame.mean_code_dn)];
     let content = format!(
         "{}<h3>Brightness</h3>{}",
-        chart(&over_time("Features over time", "features", true), &counts),
-        chart(&over_time("Mean code over time", "mean code in DN", false), &codes)
+        chart(&Axes { from_zero: true, ..Axes::over_time("Features over time", "features") }, &counts),
+        chart(&Axes::over_time("Mean code over time", "mean code in DN"), &codes)
     );
     let number = |value: Option<f64>| value.map_or("no".to_owned(), digits);
     let lead = format!(
@@ -43,8 +43,4 @@ pub(super) fn features(report: &Report) -> String {
         None => lead,
     };
     section("Features", &lead, &content)
-}
-
-fn over_time(title: &'static str, y_label: &'static str, from_zero: bool) -> Axes<'static> {
-    Axes { title, x_label: "time in s", y_label, from_zero, ..Axes::default() }
 }

@@ -1,13 +1,11 @@
 //! What the sensor saw: frames as PNG inside the page, with their features drawn over them.
 
-use std::fmt::Write as _;
-
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder as _};
 
-use super::parts::{FramePicture, FramePictures, Mark, TEXT, section};
+use super::parts::{FramePicture, FramePictures, Mark, section};
 use crate::plane::Plane;
 use crate::report::html::text::escaped;
 
@@ -25,11 +23,8 @@ pub(super) fn frames(pictures: &FramePictures) -> String {
         sample(TRACKED, &rings([(16.0, 8.0)].into_iter())),
         sample(UNTRACKED, &ticks([(16.0, 8.0)].into_iter()))
     );
-    section(
-        "What the sensor saw",
-        "Frames as they left the converters, with the features that the sensor found in them.",
-        &format!("{legend}<div class=\"strip\">{strip}</div>"),
-    )
+    let lead = "Frames as they left the converters, with the features that the sensor found in them.";
+    section("What the sensor saw", lead, &format!("{legend}<div class=\"strip\">{strip}</div>"))
 }
 
 fn sample(colour: &str, path: &str) -> String {
@@ -68,20 +63,12 @@ fn haloed(path: &str, colour: &str) -> String {
 
 /// Circles of radius 6 px.
 fn rings(places: impl Iterator<Item = (f64, f64)>) -> String {
-    let mut path = String::new();
-    for (x, y) in places {
-        write!(path, "M{:.1} {y:.1}a6 6 0 1 0 12 0a6 6 0 1 0-12 0", x - 6.0).expect(TEXT);
-    }
-    path
+    places.map(|(x, y)| format!("M{:.1} {y:.1}a6 6 0 1 0 12 0a6 6 0 1 0-12 0", x - 6.0)).collect()
 }
 
 /// Crosses of 8 px.
 fn ticks(places: impl Iterator<Item = (f64, f64)>) -> String {
-    let mut path = String::new();
-    for (x, y) in places {
-        write!(path, "M{:.1} {:.1}l8 8m0-8l-8 8", x - 4.0, y - 4.0).expect(TEXT);
-    }
-    path
+    places.map(|(x, y)| format!("M{:.1} {:.1}l8 8m0-8l-8 8", x - 4.0, y - 4.0)).collect()
 }
 
 pub(super) fn png(values: &Plane<u8>) -> Vec<u8> {

@@ -1,6 +1,6 @@
 //! Gates and area of the sensor's digital half.
 
-use super::parts::section;
+use super::parts::{section, table};
 use crate::num::significant;
 use crate::report::gates_record::GateBlock;
 use crate::report::html::text::{escaped, grouped, rough};
@@ -26,14 +26,10 @@ pub(super) fn gates(report: &Report) -> String {
         let cells: String = cells.iter().map(|cell| format!("<td class=\"num\">{cell}</td>")).collect();
         format!("<tr{class}><th scope=\"row\">{}</th>{cells}</tr>", escaped(&block.name))
     };
-    let heads = ["cells", "likely", "flip-flops", "SRAM bits", "mm\u{b2}", "likely mm\u{b2}"];
-    let head: String = heads.iter().map(|head| format!("<th scope=\"col\" class=\"num\">{head}</th>")).collect();
-    let content = format!(
-        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"gates and area\">\
-         <table><thead><tr><th scope=\"col\">block</th>{head}</tr></thead><tbody>{}{}</tbody></table></div>",
-        gates.blocks.iter().map(|block| row(block, "")).collect::<String>(),
-        row(&gates.total, " class=\"own\"")
-    );
+    let blocks: String = gates.blocks.iter().map(|block| row(block, "")).collect();
+    let rows = blocks + &row(&gates.total, " class=\"own\"");
+    let heads = "block|#cells|#likely|#flip-flops|#SRAM bits|#mm\u{b2}|#likely mm\u{b2}";
+    let content = table("gates and area", "", heads, &rows);
     let lead = format!(
         "The digital half of one sensor at {} nm, between points that Yosys synthesised. Cells are those of its generic \
          library. The pixels alone take {:.3} mm\u{b2}.",

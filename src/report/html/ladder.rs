@@ -1,7 +1,7 @@
 //! Section of the page that shows what accuracy costs in time: the reader picks an error and sees the time. It has no
 //! scripts; the style sheet alone shows the answer of the chosen button.
 
-use super::parts::section;
+use super::parts::{self, section};
 use crate::report::html::ladder_charts;
 use crate::report::html::text::{digits, escaped, percent, si};
 use crate::report::ladder_record::{LadderRecord, LadderRow};
@@ -68,21 +68,6 @@ fn answer(place: usize, row: &LadderRow) -> String {
 }
 
 fn table(record: &LadderRecord) -> String {
-    let heads = [
-        "rung",
-        "knob",
-        "value",
-        "ms",
-        "of reference",
-        "error",
-        "rms DN",
-        "max DN",
-        "F1",
-        "ATE",
-        "jitter d2",
-        "energy",
-    ];
-    let head: String = heads.iter().map(|head| format!("<th scope=\"col\">{head}</th>")).collect();
     let number = |value: Option<f64>, words: &dyn Fn(f64) -> String| {
         format!("<td class=\"num\">{}</td>", value.map_or("\u{2013}".to_owned(), words))
     };
@@ -105,9 +90,9 @@ fn table(record: &LadderRecord) -> String {
         )
     };
     let rows: String = record.rows.iter().map(row).collect();
+    let heads = "rung|knob|value|ms|of reference|error|rms DN|max DN|F1|ATE|jitter d2|energy";
     format!(
-        "<details><summary>Every rung, knob and combination</summary><div class=\"scroll\" tabindex=\"0\">\
-         <table><thead><tr>{head}</tr></thead>\
-         <tbody>{rows}</tbody></table></div></details>"
+        "<details><summary>Every rung, knob and combination</summary>{}</details>",
+        parts::table("", "", heads, &rows)
     )
 }

@@ -27,7 +27,6 @@ pub(super) fn in_use(record: &LadderRecord) -> Option<&LadderRow> {
     record.rows.iter().find(|row| row.knob == "rung" && row.rung == "sampled")
 }
 
-/// The four rungs as bars of their time.
 pub(super) fn rungs(record: &LadderRecord) -> String {
     let of = |name: &str| record.rows.iter().find(|row| row.knob == "rung" && row.rung == name);
     let times = || RUNGS.iter().filter_map(|(name, _)| of(name)).map(|row| row.ms_per_frame).filter(|ms| *ms > 0.0);
@@ -72,23 +71,21 @@ fn curve(record: &LadderRecord, knob: &str, figure: &dyn Fn(&LadderRow) -> Optio
     points
 }
 
-struct Plot<'a> {
-    title: &'a str,
-    y_label: &'a str,
-    y_log: bool,
-    figure: &'a dyn Fn(&LadderRow) -> Option<f64>,
-    /// A level across the chart and its name.
-    level: Option<(f64, &'a str)>,
-}
-
-fn plot(record: &LadderRecord, plot: &Plot<'_>) -> String {
-    let curves: Vec<_> = KNOBS.map(|(knob, name, ink)| (name, ink, curve(record, knob, plot.figure))).into();
+/// `level` is a height across the chart and its name.
+fn plot(
+    record: &LadderRecord,
+    title: &str,
+    (y_label, y_log): (&str, bool),
+    figure: &dyn Fn(&LadderRow) -> Option<f64>,
+    level: Option<(f64, &str)>,
+) -> String {
+    let curves: Vec<_> = KNOBS.map(|(knob, name, ink)| (name, ink, curve(record, knob, figure))).into();
     let all = || curves.iter().flat_map(|(_, _, points)| points);
     if all().next().is_none() {
-        return format!("<p class=\"note\">{}: nothing was measured.</p>", plot.title);
+        return format!("<p class=\"note\">{title}: nothing was measured.</p>");
     }
-    let (from, to) =
-        (all().map(|point| point.0).fold(f64::INFINITY, lesser), all().map(|point| point.0).fold(0.0, greater));
+    let times = || all().map(|point| point.0);
+    let (from, to) = (times().fold(f64::INFINITY, lesser), times().fold(0.0, greater));
     let mut series: Vec<Series<'_>> = Vec::new();
     let mut notes: Vec<Note> = Vec::new();
     for (name, ink, points) in &curves {
@@ -102,33 +99,17 @@ fn plot(record: &LadderRecord, plot: &Plot<'_>) -> String {
         notes.extend(shown.iter().map(|(x, y, value)| Note { at: (*x, *y), text: short(value), ink: *ink }));
     }
     if let Some(row) = in_use(record)
-        && let Some(y) = (plot.figure)(row)
+        && let Some(y) = figure(row)
     {
-        series.push(Series {
-            name: "in use",
-            ink: Ink::One,
-            shape: SeriesShape::Ring,
-            runs: vec![vec![(row.ms_per_frame, y)]],
-        });
+        let runs = vec![vec![(row.ms_per_frame, y)]];
+        series.push(Series { name: "in use", ink: Ink::One, shape: SeriesShape::Ring, runs });
     }
-    if let Some((level, name)) = plot.level {
-        series.push(Series {
-            name,
-            ink: Ink::One,
-            shape: SeriesShape::Line(1),
-            runs: vec![vec![(from, level), (to, level)]],
-        });
+    if let Some((level, name)) = level {
+        series.push(Series::line(name, Ink::One, 1, vec![vec![(from, level), (to, level)]]));
     }
-    let axes = Axes {
-        title: plot.title,
-        x_label: "processor time in ms a frame",
-        y_label: plot.y_label,
-        x_log: true,
-        y_log: plot.y_log,
-        notes,
-        ..Axes::default()
-    };
-    format!("<div><h3>{}</h3>{}</div>", plot.title, chart(&axes, &series))
+    let axes =
+        Axes { title, x_label: "processor time in ms a frame", y_label, x_log: true, y_log, notes, ..Axes::default() };
+    format!("<div><h3>{title}</h3>{}</div>", chart(&axes, &series))
 }
 
 /// A value as it fits beside its point.
@@ -143,45 +124,19 @@ pub(super) fn charts(record: &LadderRecord) -> String {
     let tracked = record.rows.iter().filter(|row| row.jitter_d2_m.is_some());
     let finest = tracked.min_by(|a, b| fineness(a).total_cmp(&fineness(b)));
     let own_mm = finest.and_then(|row| row.jitter_d2_m).map(|jitter_m| 1e3 * jitter_m);
+    let own = own_mm.map(|own_mm| (own_mm, "the sensor\u{2019}s own jitter: the finest render that was tracked"));
+    let millimetres = |metres: Option<f64>| metres.map(|metres| 1e3 * metres);
     let error = plot(
         record,
-        &Plot {
-            title: "Error of the picture",
-            y_label: "error in units of photon noise",
-            y_log: true,
-            figure: &|row| row.photon_noise_ratio,
-            level: Some((1.0, "photon noise")),
-        },
+        "Error of the picture",
+        ("error in units of photon noise", true),
+        &|row| row.photon_noise_ratio,
+        Some((1.0, "photon noise")),
     );
-    let jitter = plot(
-        record,
-        &Plot {
-            title: "Jitter of the pose",
-            y_label: "second-difference jitter in mm",
-            y_log: true,
-            figure: &|row| row.jitter_d2_m.map(|jitter_m| 1e3 * jitter_m),
-            level: own_mm.map(|own_mm| (own_mm, "the sensor\u{2019}s own jitter: the finest render that was tracked")),
-        },
-    );
-    let position = plot(
-        record,
-        &Plot {
-            title: "Position error",
-            y_label: "ATE in mm",
-            y_log: true,
-            figure: &|row| row.ate_m.map(|ate_m| 1e3 * ate_m),
-            level: None,
-        },
-    );
-    let features = plot(
-        record,
-        &Plot {
-            title: "Features found again",
-            y_label: "F1 against the reference",
-            y_log: false,
-            figure: &|row| row.feature_f1,
-            level: None,
-        },
-    );
+    let jitter_label = ("second-difference jitter in mm", true);
+    let jitter = plot(record, "Jitter of the pose", jitter_label, &|row| millimetres(row.jitter_d2_m), own);
+    let position = plot(record, "Position error", ("ATE in mm", true), &|row| millimetres(row.ate_m), None);
+    let f1_label = ("F1 against the reference", false);
+    let features = plot(record, "Features found again", f1_label, &|row| row.feature_f1, None);
     format!("{error}<div class=\"pair\">{jitter}{position}{features}</div>")
 }

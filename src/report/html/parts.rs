@@ -4,9 +4,6 @@ use super::super::record::Report;
 use super::text::escaped;
 use crate::plane::Plane;
 
-/// Why writing into a `String` is expected to work.
-pub(super) const TEXT: &str = "writing to a string cannot fail";
-
 /// Frames to show.
 #[derive(Clone, Debug, Default)]
 pub struct FramePictures {
@@ -41,6 +38,22 @@ pub struct Mark {
 /// A section with its heading and a sentence that says what it shows.
 pub(super) fn section(heading: &str, lead: &str, content: &str) -> String {
     format!("<section><h2>{}</h2><p class=\"soft\">{}</p>{content}</section>", escaped(heading), escaped(lead))
+}
+
+/// A table that scrolls where the page is too narrow. `heads` are its columns with | between, those of numbers with # in front, one
+/// without a name empty; `label` is for screen readers. Label and class may be empty.
+pub(super) fn table(label: &str, class: &str, heads: &str, rows: &str) -> String {
+    let head = |name: &str| match name.strip_prefix('#') {
+        Some(name) => format!("<th scope=\"col\" class=\"num\">{name}</th>"),
+        None if name.is_empty() => "<td></td>".to_owned(),
+        None => format!("<th scope=\"col\">{name}</th>"),
+    };
+    let heads: String = heads.split('|').map(head).collect();
+    let region = if label.is_empty() { String::new() } else { format!(" role=\"region\" aria-label=\"{label}\"") };
+    let class = if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
+    format!(
+        "<div class=\"scroll\" tabindex=\"0\"{region}><table{class}><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table></div>"
+    )
 }
 
 /// A paragraph with the reason why a figure has no value, if there is one.

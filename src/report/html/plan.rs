@@ -1,6 +1,6 @@
 //! Which effects the scene called for, and what leaving the others out can change at most.
 
-use super::parts::section;
+use super::parts::{section, table};
 use crate::report::html::text::{digits, escaped};
 use crate::report::record::{FactRecord, OmittedEffect, PlanRecord, Report, TileRecord};
 
@@ -16,12 +16,8 @@ pub(super) fn plan(report: &Report) -> String {
     );
     let kept: String = plan.kept.iter().map(|name| kept_row(name, plan.kept_reasons.get(name))).collect();
     let omitted: String = plan.omitted.iter().map(omitted_row).collect();
-    let table = format!(
-        "<div class=\"scroll\" tabindex=\"0\"><table><thead><tr><th scope=\"col\">effect</th><th scope=\"col\">decision</th>\
-         <th scope=\"col\" class=\"num\">bias, e\u{2212}</th>\
-         <th scope=\"col\" class=\"num\">sigma, e\u{2212}</th><th scope=\"col\">reason</th></tr></thead>\
-         <tbody>{kept}{omitted}</tbody></table></div>"
-    );
+    let heads = "effect|decision|#bias, e\u{2212}|#sigma, e\u{2212}|reason";
+    let table = table("", "", heads, &(kept + &omitted));
     let costs = format!(
         "<p class=\"note\">Budget {} e\u{2212}, {} of a pixel\u{2019}s own noise where that is least; {} % of it is taken. \
          Predicted: {} ns a pixel for the effects kept, {} for all, {} without any; {} ms a frame for the sensors on one core.</p>",
@@ -57,11 +53,7 @@ fn facts(plan: &PlanRecord) -> String {
     };
     let rows: String = plan.facts.iter().map(row).collect();
     let tiles: String = plan.tiles.iter().map(tile_row).collect();
-    format!(
-        "<div class=\"scroll\" tabindex=\"0\"><table><thead><tr><th scope=\"col\">known before the run</th>\
-         <th scope=\"col\" class=\"num\">least</th><th scope=\"col\" class=\"num\">greatest</th>\
-         <th scope=\"col\">from</th></tr></thead><tbody>{rows}{tiles}</tbody></table></div>"
-    )
+    table("", "", "known before the run|#least|#greatest|from", &(rows + &tiles))
 }
 
 fn tile_row(tile: &TileRecord) -> String {

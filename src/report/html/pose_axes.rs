@@ -1,35 +1,20 @@
 //! Errors of the pose on their own axes: a few millimetres do not show on axes of metres.
 
-use super::parts::section;
-use crate::report::chart::{Axes, Ink, Series, SeriesShape, chart, runs_of};
+use super::parts::{section, table};
+use crate::report::chart::{Axes, Ink, Series, chart, runs_of};
 use crate::report::html::text::{digits, escaped, percent, si};
 use crate::report::record::{FrameRecord, Report};
 
 pub(super) fn pose_axes(report: &Report) -> String {
     let axis = |name, ink, axis: usize| {
         let error_mm = move |frame: &FrameRecord| frame.estimate_m.map(|at_m| 1e3 * (at_m[axis] - frame.truth_m[axis]));
-        Series { name, ink, shape: SeriesShape::Line(2), runs: over_time(report, error_mm) }
+        Series::line(name, ink, 2, over_time(report, error_mm))
     };
     let position = [axis("x", Ink::One, 0), axis("y (up)", Ink::Two, 1), axis("z", Ink::Three, 2)];
-    let angle = [Series {
-        name: "orientation error",
-        ink: Ink::Four,
-        shape: SeriesShape::Line(2),
-        runs: over_time(report, |frame| frame.orientation_deg),
-    }];
-    let position_axes = Axes {
-        title: "Position error by axis",
-        x_label: "time in s",
-        y_label: "estimate minus truth in mm",
-        ..Axes::default()
-    };
-    let angle_axes = Axes {
-        title: "Orientation error",
-        x_label: "time in s",
-        y_label: "orientation error in degrees",
-        from_zero: true,
-        ..Axes::default()
-    };
+    let angles = over_time(report, |frame| frame.orientation_deg);
+    let angle = [Series::line("orientation error", Ink::Four, 2, angles)];
+    let position_axes = Axes::over_time("Position error by axis", "estimate minus truth in mm");
+    let angle_axes = Axes { from_zero: true, ..Axes::over_time("Orientation error", "orientation error in degrees") };
     let content = format!(
         "<div class=\"pair\"><div><h3>Position, by axis of the world</h3>{}</div><div><h3>Orientation</h3>{}</div></div>",
         chart(&position_axes, &position),
@@ -85,12 +70,8 @@ pub(super) fn fused_and_alone(report: &Report) -> String {
             cell(of_fused, "tracking")
         )
     };
-    let table = format!(
-        "<div class=\"scroll\" tabindex=\"0\">\
-         <table><thead><tr><th scope=\"col\">figure</th><th scope=\"col\" class=\"num\">cameras alone</th>\
-         <th scope=\"col\" class=\"num\">fused with the inertial unit</th></tr></thead><tbody>{}</tbody></table></div>",
-        rows.iter().map(row).collect::<String>()
-    );
+    let heads = "figure|#cameras alone|#fused with the inertial unit";
+    let table = table("", "", heads, &rows.iter().map(row).collect::<String>());
     let lead = "The same packets, tracked twice. The inertial unit smooths the pose, so the cameras alone show what the sensor does.";
     section("Cameras alone and fused", lead, &table)
 }

@@ -1,7 +1,7 @@
 //! The position error over time, and all pose figures in a table.
 
 use super::parts::section;
-use crate::report::chart::{Axes, Ink, Series, SeriesShape, chart, runs_of};
+use crate::report::chart::{Axes, Ink, Series, chart, runs_of};
 use crate::report::html::text::{digits, escaped, percent, si};
 use crate::report::record::{Report, TrackingEvent};
 
@@ -10,14 +10,8 @@ const EVENTS_MAX: usize = 20;
 
 pub(super) fn pose_error(report: &Report) -> String {
     let points = report.frames.iter().map(|frame| (frame.t_s, frame.error_m.map(|error_m| 1e3 * error_m)));
-    let series = [Series { name: "position error", ink: Ink::Two, shape: SeriesShape::Line(2), runs: runs_of(points) }];
-    let frame = Axes {
-        title: "Position error over time",
-        x_label: "time in s",
-        y_label: "position error in mm",
-        from_zero: true,
-        ..Axes::default()
-    };
+    let series = [Series::line("position error", Ink::Two, 2, runs_of(points))];
+    let frame = Axes { from_zero: true, ..Axes::over_time("Position error over time", "position error in mm") };
     let content =
         format!("{}{}{}{}{}", chart(&frame, &series), gaps(report), spectrum(report), table(report), events(report));
     section("Pose error", "Distance between estimate and truth at each frame, after rigid alignment.", &content)
@@ -30,7 +24,7 @@ fn spectrum(report: &Report) -> String {
     if points.is_empty() {
         return String::new();
     }
-    let series = [Series { name: "position error", ink: Ink::Two, shape: SeriesShape::Line(2), runs: vec![points] }];
+    let series = [Series::line("position error", Ink::Two, 2, vec![points])];
     let frame = Axes {
         title: "Spectrum of the position error",
         x_label: "frequency in Hz",

@@ -1,8 +1,5 @@
 //! Power over a line as a strip: blocks stacked, the mean of a frame as a line across.
 
-use std::fmt::Write as _;
-
-use super::parts::TEXT;
 use crate::num::f64_from_usize;
 use crate::report::energy_record::LinePower;
 use crate::report::html::text::{digits, escaped, si};
@@ -13,7 +10,6 @@ const HEIGHT: f64 = 120.0;
 /// Colours of the blocks, told apart in light and dark and without red against green.
 const COLOURS: [&str; 6] = ["#4477aa", "#ee6677", "#ccbb44", "#228833", "#66ccee", "#aa3377"];
 
-/// The strip with its legend.
 pub(super) fn strip(line: &LinePower) -> String {
     if line.line_us <= 0.0 || line.peak_mw <= 0.0 {
         return String::new();
@@ -26,14 +22,12 @@ pub(super) fn strip(line: &LinePower) -> String {
             let (left, width) = (x(span.start_us), x(span.end_us) - x(span.start_us));
             let (top, height) = (y(below_mw + mw), HEIGHT * mw / line.peak_mw);
             let length = si(1e-6 * (span.end_us - span.start_us), "s");
-            write!(
-                drawn,
+            drawn += &format!(
                 "<rect x=\"{left:.2}\" y=\"{top:.2}\" width=\"{width:.2}\" height=\"{height:.2}\" fill=\"{colour}\"><title>{}, {} mW \
                  for {length}</title></rect>",
                 escaped(name),
                 digits(mw)
-            )
-            .expect(TEXT);
+            );
             below_mw += mw;
         }
     }
@@ -42,16 +36,14 @@ pub(super) fn strip(line: &LinePower) -> String {
     let mut legend = String::new();
     for (place, (name, colour)) in names.into_iter().zip(COLOURS).enumerate() {
         let left = 130.0 * f64_from_usize(place);
-        write!(
-            legend,
+        legend += &format!(
             "<rect x=\"{left}\" y=\"{}\" width=\"12\" height=\"12\" fill=\"{colour}\"/><text x=\"{}\" y=\"{}\" font-size=\"14\" \
              fill=\"currentColor\">{}</text>",
             HEIGHT + 10.0,
             left + 17.0,
             HEIGHT + 21.0,
             escaped(name)
-        )
-        .expect(TEXT);
+        );
     }
     format!(
         "<figure class=\"power-strip\"><svg viewBox=\"0 0 {WIDTH} {}\" role=\"img\"><title>Power over one line, by block</title>{drawn}\

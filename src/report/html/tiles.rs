@@ -4,13 +4,6 @@ use crate::report::html::energy::factor_of;
 use crate::report::html::text::{digits, digits_within, escaped, grouped, percent, si, si_parts};
 use crate::report::record::Report;
 
-struct FigureTile {
-    name: &'static str,
-    /// Number and unit, or None where it could not be measured.
-    value: Option<(String, String)>,
-    meaning: String,
-}
-
 pub(super) fn tiles(report: &Report) -> String {
     let all = [pose_tiles(report), sensor_tiles(report)].concat();
     format!("<dl class=\"tiles\">{all}</dl>")
@@ -29,43 +22,24 @@ fn pose_tiles(report: &Report) -> String {
         percent(tracking.tracked_fraction),
         grouped(f64::from(report.scenario.frames))
     );
+    let d2_meaning = match (d2_m, tracking.jitter_d2_m) {
+        (Some(_), Some(_)) => format!("Sigma of the position error per axis, blind to drift; {how}."),
+        (Some(_), None) => "Sigma of the position per axis of a rig at rest; no alignment.".to_owned(),
+        (None, _) => why("tracking.jitter_d2_m", "Sigma of the position error per axis, blind to drift."),
+    };
+    let ate_meaning = why("tracking.ate_m", &format!("RMS distance from the true path after {how}."));
+    let frame_meaning = format!("RMS error of one frame\u{2019}s motion.{}", render_share(report));
+    let frame_meaning = why("tracking.jitter_frame_m", &frame_meaning);
+    let rpe_meaning = why("tracking.rpe_m", "RMS error of the motion between poses one second apart.");
+    let median = report.features.median_tracked.map(|value| (digits(value), "per frame".to_owned()));
     [
-        FigureTile {
-            name: "Position error (ATE)",
-            value: metres(tracking.ate_m),
-            meaning: why("tracking.ate_m", &format!("RMS distance from the true path after {how}.")),
-        },
-        FigureTile {
-            name: "Frame jitter (RPE over one frame)",
-            value: metres(tracking.jitter_frame_m),
-            meaning: why(
-                "tracking.jitter_frame_m",
-                &format!("RMS error of one frame\u{2019}s motion.{}", render_share(report)),
-            ),
-        },
-        FigureTile {
-            name: "Second-difference jitter (d2)",
-            value: metres(d2_m),
-            meaning: match (d2_m, tracking.jitter_d2_m) {
-                (Some(_), Some(_)) => format!("Sigma of the position error per axis, blind to drift; {how}."),
-                (Some(_), None) => "Sigma of the position per axis of a rig at rest; no alignment.".to_owned(),
-                (None, _) => why("tracking.jitter_d2_m", "Sigma of the position error per axis, blind to drift."),
-            },
-        },
-        FigureTile {
-            name: "Drift over one second (RPE)",
-            value: metres(tracking.rpe_m),
-            meaning: why("tracking.rpe_m", "RMS error of the motion between poses one second apart."),
-        },
-        FigureTile {
-            name: "Features tracked",
-            value: report.features.median_tracked.map(|value| (digits(value), "per frame".to_owned())),
-            meaning: tracked,
-        },
+        tile("Position error (ATE)", metres(tracking.ate_m), &ate_meaning),
+        tile("Frame jitter (RPE over one frame)", metres(tracking.jitter_frame_m), &frame_meaning),
+        tile("Second-difference jitter (d2)", metres(d2_m), &d2_meaning),
+        tile("Drift over one second (RPE)", metres(tracking.rpe_m), &rpe_meaning),
+        tile("Features tracked", median, &tracked),
     ]
-    .iter()
-    .map(tile)
-    .collect()
+    .concat()
 }
 
 fn sensor_tiles(report: &Report) -> String {
@@ -79,50 +53,31 @@ fn sensor_tiles(report: &Report) -> String {
         interval_mw(energy.total_interval.low_pj),
         interval_mw(energy.total_interval.high_pj)
     );
+    let feature_rate = si(bandwidth.feature_bits_per_frame * fps, "bit/s");
     let reduction = match bandwidth.reduction {
-        Some(factor) => format!(
-            "Feature packets instead: {}, {}.",
-            rate(bandwidth.feature_bits_per_frame * fps),
-            factor_words(factor)
-        ),
+        Some(factor) => format!("Feature packets instead: {feature_rate}, {}.", factor_words(factor)),
         None => why_no_features(report),
     };
+    let within = |value: f64, unit: &str| Some((digits_within(value, factor), unit.to_owned()));
+    let latency = "From the middle of the exposure to the last bit of the frame\u{2019}s last packet on the lanes, the extractor \
+                   included; the longest of the run.";
     [
-        FigureTile {
-            name: "Power",
-            value: Some((digits_within(energy.power_mw, factor), "mW".to_owned())),
-            meaning: range,
-        },
-        FigureTile {
-            name: "Energy a pixel",
-            value: Some((digits_within(energy.pj_per_pixel, factor), "pJ".to_owned())),
-            meaning: "Per pixel and frame, from photodiode to the last byte on the link.".to_owned(),
-        },
-        FigureTile {
-            name: "Raw pixels",
-            value: Some(si_parts(bandwidth.raw_bits_per_frame * fps, "bit/s")),
-            meaning: reduction,
-        },
-        FigureTile {
-            name: "Latency",
-            value: Some(si_parts(report.timing.latency_us * 1e-6, "s")),
-            meaning: "From the middle of the exposure to the last bit of the frame\u{2019}s last packet on the lanes, \
-                      the extractor included; the longest of the run."
-                .to_owned(),
-        },
+        tile("Power", within(energy.power_mw, "mW"), &range),
+        tile(
+            "Energy a pixel",
+            within(energy.pj_per_pixel, "pJ"),
+            "Per pixel and frame, from photodiode to the last byte on the link.",
+        ),
+        tile("Raw pixels", Some(si_parts(bandwidth.raw_bits_per_frame * fps, "bit/s")), &reduction),
+        tile("Latency", Some(si_parts(report.timing.latency_us * 1e-6, "s")), latency),
     ]
-    .iter()
-    .map(tile)
-    .collect()
+    .concat()
 }
 
 /// Pixels over features, in words: features may need more.
 pub(super) fn factor_words(factor: f64) -> String {
-    if factor >= 1.0 {
-        format!("{} times less", digits(factor))
-    } else {
-        format!("{} times more", digits(1.0 / factor))
-    }
+    let (factor, than) = if factor >= 1.0 { (factor, "less") } else { (1.0 / factor, "more") };
+    format!("{} times {than}", digits(factor))
 }
 
 /// Why there is nothing to hold beside the pixels.
@@ -131,20 +86,16 @@ pub(super) fn why_no_features(report: &Report) -> String {
     format!("Nothing to compare with: {reason}.")
 }
 
-fn rate(bits_per_s: f64) -> String {
-    si(bits_per_s, "bit/s")
-}
-
-fn tile(tile: &FigureTile) -> String {
-    let value = match &tile.value {
-        Some((number, unit)) => format!("<p class=\"number\">{} <small>{}</small></p>", escaped(number), escaped(unit)),
+/// `value` is number and unit, none where it could not be measured.
+fn tile(name: &str, value: Option<(String, String)>, meaning: &str) -> String {
+    let value = match value {
+        Some((number, unit)) => {
+            format!("<p class=\"number\">{} <small>{}</small></p>", escaped(&number), escaped(&unit))
+        }
         None => "<p class=\"none\">not measured</p>".to_owned(),
     };
-    format!(
-        "<div class=\"tile\"><dt>{}</dt><dd>{value}<p>{}</p></dd></div>",
-        escaped(tile.name),
-        escaped(&tile.meaning)
-    )
+    let (name, meaning) = (escaped(name), escaped(meaning));
+    format!("<div class=\"tile\"><dt>{name}</dt><dd>{value}<p>{meaning}</p></dd></div>")
 }
 
 /// Says so where the renderer's own noise stands above the photons', because then it stands in every error of the pose as well.

@@ -1,8 +1,6 @@
 //! Where the time of a line and of a frame goes, as lanes, with the same spans as a table.
 
-use std::fmt::Write as _;
-
-use super::parts::{TEXT, section};
+use super::parts::{self, section};
 use crate::num::{f64_from_u64, f64_from_usize};
 use crate::report::html::power_strip;
 use crate::report::html::text::{digits, escaped, grouped, si};
@@ -56,17 +54,10 @@ fn lanes(phases: &[Phase], length_us: f64) -> String {
     if phases.is_empty() || length_us <= 0.0 {
         return "<p class=\"note\">No spans were recorded.</p>".to_owned();
     }
-    let mut names: Vec<&str> = Vec::new();
-    for phase in phases {
-        if !names.contains(&phase.lane.as_str()) {
-            names.push(&phase.lane);
-        }
-    }
     let mut html = String::from("<div class=\"lanes\">");
-    for name in names {
-        let spans: String =
-            phases.iter().filter(|phase| phase.lane == name).map(|phase| span(phase, length_us)).collect();
-        write!(html, "<div>{}</div><div class=\"lane\">{spans}</div>", escaped(name)).expect(TEXT);
+    for (name, phases) in Phase::by_lane(phases) {
+        let spans: String = phases.iter().map(|phase| span(phase, length_us)).collect();
+        html += &format!("<div>{}</div><div class=\"lane\">{spans}</div>", escaped(name));
     }
     let axis =
         format!("<div></div><div class=\"axis\"><span>0</span><span>{}</span></div></div>", si(length_us * 1e-6, "s"));
@@ -90,11 +81,6 @@ fn table(report: &Report) -> String {
         format!("<tr><th scope=\"row\">{}</th><td>{}</td>{cells}</tr>", escaped(&phase.name), escaped(&phase.lane))
     };
     let rows: String = report.timing.line.iter().chain(&report.timing.frame).map(row).collect();
-    format!(
-        "<details><summary>The same as numbers</summary><div class=\"scroll\" tabindex=\"0\"><table><thead><tr><th scope=\"col\">span\
-         </th><th scope=\"col\">of</th>\
-         <th scope=\"col\" class=\"num\">from</th><th scope=\"col\" class=\"num\">to</th>\
-         <th scope=\"col\" class=\"num\">length</th></tr></thead>\
-         <tbody>{rows}</tbody></table></div></details>"
-    )
+    let table = parts::table("", "", "span|of|#from|#to|#length", &rows);
+    format!("<details><summary>The same as numbers</summary>{table}</details>")
 }

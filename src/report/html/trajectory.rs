@@ -1,7 +1,7 @@
 //! The path from above and from the side, estimate against truth, a metre as long on both axes.
 
 use super::parts::{reason, section};
-use crate::report::chart::{Axes, Ink, Series, SeriesShape, chart, runs_of};
+use crate::report::chart::{Axes, Ink, Series, chart, runs_of};
 use crate::report::html::text::si;
 use crate::report::record::{FrameRecord, Report};
 
@@ -23,24 +23,13 @@ pub(super) fn trajectory(report: &Report) -> String {
 fn view(report: &Report, title: &str, across: usize, up: usize, labels: (&str, &str)) -> String {
     let frames = &report.frames;
     let truth = frames.iter().map(|frame| (frame.truth_m[across], frame.truth_m[up])).collect();
-    let series = [
-        Series { name: "truth", ink: Ink::One, shape: SeriesShape::Line(6), runs: vec![truth] },
-        Series {
-            name: "estimate",
-            ink: Ink::Two,
-            shape: SeriesShape::Line(2),
-            runs: estimate_runs(frames, across, up),
-        },
-    ];
-    let frame = Axes { title, x_label: labels.0, y_label: labels.1, equal: true, ..Axes::default() };
-    chart(&frame, &series)
-}
-
-/// The estimate, broken where the tracker had no pose.
-fn estimate_runs(frames: &[FrameRecord], across: usize, up: usize) -> Vec<Vec<(f64, f64)>> {
+    // Broken where the tracker had no pose.
     let point = |frame: &FrameRecord| match frame.estimate_m {
         Some(estimate_m) => (estimate_m[across], Some(estimate_m[up])),
         None => (0.0, None),
     };
-    runs_of(frames.iter().map(point))
+    let estimate = runs_of(frames.iter().map(point));
+    let series = [Series::line("truth", Ink::One, 6, vec![truth]), Series::line("estimate", Ink::Two, 2, estimate)];
+    let frame = Axes { title, x_label: labels.0, y_label: labels.1, equal: true, ..Axes::default() };
+    chart(&frame, &series)
 }

@@ -11,7 +11,6 @@ const EXPOSED: [f64; 2] = [0.05, 0.8];
 /// Render variance over photon variance up to which the figures are the sensor's.
 const RENDER_MAX: f64 = 0.4;
 
-/// What a line says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Answer {
     Yes,
@@ -20,56 +19,54 @@ enum Answer {
     Open,
 }
 
-struct VerdictLine {
-    question: &'static str,
-    answer: Answer,
-    words: String,
-}
+type Verdict = (Answer, String);
 
 pub(super) fn verdict(report: &Report) -> String {
-    let lines = [keeps_up(report), line_budget(report), tracked(report), exposed(report), render(report)];
-    let item = |line: &VerdictLine| {
-        let (class, word) = match line.answer {
+    let lines = [
+        ("Does the extractor keep up?", keeps_up(report)),
+        ("Is the budget of a line met?", line_budget(report)),
+        ("Is the pose tracked?", tracked(report)),
+        ("Is the exposure sane?", exposed(report)),
+        ("Is the error the sensor\u{2019}s own?", render(report)),
+    ];
+    let item = |(question, (answer, words)): (&str, Verdict)| {
+        let (class, word) = match answer {
             Answer::Yes => ("good", "yes"),
             Answer::No => ("bad", "no"),
             Answer::Open => ("open", "\u{2013}"),
         };
         format!(
-            "<tr class=\"{class}\"><th scope=\"row\">{}</th><td class=\"answer\">{word}</td><td>{}</td></tr>",
-            line.question,
-            escaped(&line.words)
+            "<tr class=\"{class}\"><th scope=\"row\">{question}</th><td class=\"answer\">{word}</td><td>{}</td></tr>",
+            escaped(&words)
         )
     };
     format!(
         "<section class=\"answers\"><h2>Does this design hold?</h2><table><tbody>{}</tbody></table></section>",
-        lines.iter().map(item).collect::<String>()
+        lines.map(item).concat()
     )
 }
 
-fn keeps_up(report: &Report) -> VerdictLine {
-    let question = "Does the extractor keep up?";
+fn keeps_up(report: &Report) -> Verdict {
     let Some(clocks) = &report.timing.extractor else {
-        return VerdictLine { question, answer: Answer::Open, words: "The sensor extracts nothing.".to_owned() };
+        return (Answer::Open, "The sensor extracts nothing.".to_owned());
     };
     let [required, available] = [clocks.required, clocks.available].map(|clk| grouped(f64_from_u64(clk)));
     if clocks.keeps_up {
         let spare = percent(1.0 - f64_from_u64(clocks.required) / greater(f64_from_u64(clocks.available), 1.0));
         let words = format!("{required} clocks of a frame\u{2019}s {available}; {spare} are spare.");
-        return VerdictLine { question, answer: Answer::Yes, words };
+        return (Answer::Yes, words);
     }
     let over = grouped(f64_from_u64(clocks.frames_over));
     let words = format!(
         "{required} clocks are needed of a frame\u{2019}s {available}; {over} frames of a camera needed more than there are. Use {}.",
         clocks.remedy
     );
-    VerdictLine { question, answer: Answer::No, words }
+    (Answer::No, words)
 }
 
-fn line_budget(report: &Report) -> VerdictLine {
-    let question = "Is the budget of a line met?";
+fn line_budget(report: &Report) -> Verdict {
     let timing = &report.timing;
-    let ends = timing.line.iter().map(|phase| phase.end_us);
-    let used_us = ends.fold(0.0, greater);
+    let used_us = timing.line.iter().map(|phase| phase.end_us).fold(0.0, greater);
     let stalled = report.link.rows_stalled;
     let spare = format!(
         "{} of a line\u{2019}s {} are used; the link is busy {} of a line that is sent.",
@@ -78,20 +75,16 @@ fn line_budget(report: &Report) -> VerdictLine {
         percent(report.bandwidth.link_utilisation_burst)
     );
     if timing.line.is_empty() {
-        return VerdictLine { question, answer: Answer::Open, words: "No spans of a line were recorded.".to_owned() };
+        return (Answer::Open, "No spans of a line were recorded.".to_owned());
     }
-    match stalled {
-        0 => VerdictLine { question, answer: Answer::Yes, words: spare },
-        rows => {
-            let rows = grouped(f64_from_u64(rows));
-            let words =
-                format!("{spare} The readout stood still for {rows} rows; a faster link or a longer line helps.");
-            VerdictLine { question, answer: Answer::No, words }
-        }
+    if stalled == 0 {
+        return (Answer::Yes, spare);
     }
+    let rows = grouped(f64_from_u64(stalled));
+    (Answer::No, format!("{spare} The readout stood still for {rows} rows; a faster link or a longer line helps."))
 }
 
-fn tracked(report: &Report) -> VerdictLine {
+fn tracked(report: &Report) -> Verdict {
     let tracking = &report.tracking;
     let share = tracking.tracked_fraction;
     let error = match (tracking.ate_m, tracking.jitter_still_m) {
@@ -102,22 +95,17 @@ fn tracked(report: &Report) -> VerdictLine {
     let answer = if share >= TRACKED_MIN { Answer::Yes } else { Answer::No };
     let lost = tracking.events.iter().filter(|event| event.event == "lost").count();
     let losses = if lost > 0 { format!("; lost {} times", grouped(f64_from_usize(lost))) } else { String::new() };
-    VerdictLine {
-        question: "Is the pose tracked?",
-        answer,
-        words: format!("{} of the frames{error}{losses}.", percent(share)),
-    }
+    (answer, format!("{} of the frames{error}{losses}.", percent(share)))
 }
 
-fn exposed(report: &Report) -> VerdictLine {
-    let question = "Is the exposure sane?";
+fn exposed(report: &Report) -> Verdict {
     let adc = report.config.get("sensor").and_then(|sensor| sensor.get("adc"));
     let black_dn = adc.and_then(|adc| adc.get("black_level_dn")).and_then(toml::Value::as_integer).unwrap_or(0);
     let black_dn = f64::from(u32::try_from(black_dn).unwrap_or(0));
     let full_dn = f64::from((1_u32 << report.scenario.bits.min(16)) - 1);
     let codes: Vec<f64> = report.frames.iter().map(|frame| frame.mean_code_dn).collect();
     let (Some(mean_dn), true) = (crate::report::median(&codes), full_dn > black_dn) else {
-        return VerdictLine { question, answer: Answer::Open, words: "No frame was sensed.".to_owned() };
+        return (Answer::Open, "No frame was sensed.".to_owned());
     };
     let share = (mean_dn - black_dn) / (full_dn - black_dn);
     let words = format!(
@@ -131,24 +119,19 @@ fn exposed(report: &Report) -> VerdictLine {
         high if high > EXPOSED[1] => (Answer::No, ": bright. Use a shorter exposure or less gain."),
         _ => (Answer::Yes, "."),
     };
-    VerdictLine { question, answer, words: format!("{words}{rest}") }
+    (answer, format!("{words}{rest}"))
 }
 
-fn render(report: &Report) -> VerdictLine {
-    let question = "Is the error the sensor\u{2019}s own?";
+fn render(report: &Report) -> Verdict {
     let Some(ratio) = report.scenario.render_variance_ratio else {
-        return VerdictLine {
-            question,
-            answer: Answer::Open,
-            words: "The render\u{2019}s own noise was not measured.".to_owned(),
-        };
+        return (Answer::Open, "The render\u{2019}s own noise was not measured.".to_owned());
     };
     let words = format!("The render\u{2019}s variance is {} times that of the photons", digits(ratio));
     if ratio <= RENDER_MAX {
-        return VerdictLine { question, answer: Answer::Yes, words: format!("{words}.") };
+        return (Answer::Yes, format!("{words}."));
     }
     let words = format!(
         "{words}: much of jitter and error is the renderer\u{2019}s. Use --accuracy 0.5 or a lower run.render_tolerance."
     );
-    VerdictLine { question, answer: Answer::No, words }
+    (Answer::No, words)
 }

@@ -1,6 +1,6 @@
 //! Latency as a waterfall: each step from the middle of the exposure to the pose as a bar at its time.
 
-use super::parts::section;
+use super::parts::{section, table};
 use crate::num::greater;
 use crate::report::html::text::{escaped, si};
 use crate::report::latency_record::LatencyStep;
@@ -29,10 +29,10 @@ pub(super) fn waterfall(report: &Report) -> String {
                 latency.host
             )
         }
-        None => format!(
-            "The last bit arrives {} after the middle of the exposure; no host is modelled.",
-            si(full_us * 1e-6, "s")
-        ),
+        None => {
+            let last = si(full_us * 1e-6, "s");
+            format!("The last bit arrives {last} after the middle of the exposure; no host is modelled.")
+        }
     };
     section("When is the pose there?", &lead, &parts)
 }
@@ -60,12 +60,6 @@ fn steps(heading: &str, steps: &[LatencyStep], full_us: f64) -> String {
             si(step.end_us * 1e-6, "s")
         )
     };
-    format!(
-        "<h3>{heading}</h3><div class=\"scroll\" tabindex=\"0\">\
-         <table class=\"bars waterfall\"><thead><tr><th scope=\"col\">step</th><td></td>\
-         <th scope=\"col\" class=\"num\">takes</th><th scope=\"col\" class=\"num\">until</th>\
-         <th scope=\"col\" class=\"num\">slack</th></tr></thead>\
-         <tbody>{}</tbody></table></div>",
-        steps.iter().map(row).collect::<String>()
-    )
+    let rows: String = steps.iter().map(row).collect();
+    format!("<h3>{heading}</h3>{}", table("", "bars waterfall", "step||#takes|#until|#slack", &rows))
 }

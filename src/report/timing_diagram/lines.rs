@@ -1,9 +1,6 @@
 //! Draws spans in us on a lane, and the axis below it, as SVG.
 
-use super::super::escape::escaped;
-use super::spans::TEXT;
-use std::fmt::Write as _;
-
+use super::super::escape::svg_text as text;
 use crate::num::{f64_from_usize, greater, index, u32_truncated, u64_truncated};
 use crate::report::record::Phase;
 
@@ -26,9 +23,7 @@ impl TimeScale {
     pub(super) fn x_px(&self, time_us: f64) -> f64 {
         self.left_px + (self.right_px - self.left_px) * (time_us - self.start_us) / (self.end_us - self.start_us)
     }
-}
 
-impl TimeScale {
     /// Milliseconds where the axis has ticks of half of one or more, else microseconds.
     fn unit(&self) -> (f64, &'static str) {
         if step_us(self.end_us - self.start_us) >= 500.0 { (1000.0, "ms") } else { (1.0, "\u{b5}s") }
@@ -51,7 +46,7 @@ pub(super) fn lane(body: &mut String, scale: &TimeScale, spans: &[&Phase], full_
     let (left, width) = (scale.left_px, scale.right_px - scale.left_px);
     let bed = |body: &mut String, class: &str, x_px: f64, width_px: f64| {
         let place = format!("x=\"{x_px:.1}\" y=\"{y_px:.1}\" width=\"{width_px:.1}\" height=\"{LANE_PX}\"");
-        writeln!(body, "<rect {place} rx=\"3\" class=\"{class}\"/>").expect(TEXT);
+        *body += &format!("<rect {place} rx=\"3\" class=\"{class}\"/>\n");
     };
     bed(body, "bed", left, width);
     let busy_us = spans.iter().fold(0.0, |end_us, span| greater(end_us, span.end_us));
@@ -76,7 +71,6 @@ pub(super) fn lane(body: &mut String, scale: &TimeScale, spans: &[&Phase], full_
     y_px + LANE_PX + callouts_px + GAP_PX
 }
 
-/// A length in the unit of the axis.
 fn duration(scale: &TimeScale, length_us: f64) -> String {
     let (unit_us, unit) = scale.unit();
     format!("{:.3} {unit}", length_us / unit_us)
@@ -104,7 +98,7 @@ fn callouts(body: &mut String, scale: &TimeScale, narrow: &[(f64, String)], y_px
         let start_px = greater(if wanted_px > latest_px { latest_px } else { wanted_px }, from_px);
         let middle_px = start_px + 0.5 * width_px(words);
         let (low_px, text_px) = (y_px + 7.0, y_px + 17.0);
-        writeln!(body, "<path d=\"M{x_px:.1} {y_px:.1}L{middle_px:.1} {low_px:.1}\" class=\"k\"/>").expect(TEXT);
+        *body += &format!("<path d=\"M{x_px:.1} {y_px:.1}L{middle_px:.1} {low_px:.1}\" class=\"k\"/>\n");
         text(body, middle_px, text_px, "l s m", words);
         from_px = start_px + width_px(words);
         rest_px -= width_px(words);
@@ -119,12 +113,11 @@ fn step_us(length_us: f64) -> f64 {
     factor * power
 }
 
-/// The axis with its ticks.
 pub(super) fn axis(body: &mut String, scale: &TimeScale, y_px: f64) -> f64 {
     let step = step_us(scale.end_us - scale.start_us);
     let (unit_us, unit) = scale.unit();
     let path = format!("M{:.1} {y_px:.1}H{:.1}", scale.left_px, scale.right_px);
-    writeln!(body, "<path d=\"{path}\" class=\"g\"/>").expect(TEXT);
+    *body += &format!("<path d=\"{path}\" class=\"g\"/>\n");
     let places = libm::ceil(-libm::log10(step / unit_us) - 1e-9);
     let decimals = index(u32_truncated(greater(places, 0.0)));
     // A thousandth of a step more, so that rounding does not drop a tick at the end.
@@ -132,15 +125,10 @@ pub(super) fn axis(body: &mut String, scale: &TimeScale, y_px: f64) -> f64 {
     for tick in 0..=ticks {
         let time_us = step * crate::num::f64_from_u64(tick);
         let x_px = scale.x_px(time_us);
-        writeln!(body, "<path d=\"M{x_px:.1} {y_px:.1}V{:.1}\" class=\"g\"/>", y_px + 5.0).expect(TEXT);
+        *body += &format!("<path d=\"M{x_px:.1} {y_px:.1}V{:.1}\" class=\"g\"/>\n", y_px + 5.0);
         let number = format!("{:.decimals$}", time_us / unit_us);
         let words = if tick == 0 { format!("0 {unit}") } else { number };
         text(body, x_px, y_px + 19.0, "l s m", &words);
     }
     y_px + 24.0
-}
-
-/// A text at a place; `class` sets how it looks and where it is anchored.
-pub(super) fn text(body: &mut String, x_px: f64, y_px: f64, class: &str, words: &str) {
-    writeln!(body, "<text x=\"{x_px:.1}\" y=\"{y_px:.1}\" class=\"{class}\">{}</text>", escaped(words)).expect(TEXT);
 }

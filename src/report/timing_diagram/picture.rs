@@ -1,12 +1,9 @@
 //! Assembles the timing picture as SVG of fixed width: heading, one line, two frames. Letters are text.
 
-use std::fmt::Write as _;
-
-pub(super) use super::lines::text;
 use super::lines::{TimeScale, axis, lane};
-use super::spans::{BandKind, RowBand, TEXT, TimingDiagram};
+use super::spans::{BandKind, RowBand, TimingDiagram};
 use crate::num::{greater, lesser};
-use crate::report::escape::escaped;
+use crate::report::escape::{escaped, svg_text as text};
 use crate::report::record::Phase;
 
 const WIDTH_PX: f64 = 960.0;
@@ -29,7 +26,6 @@ text{fill:var(--ink)}.s{fill:var(--soft)}.h{font-weight:650;font-size:15px}.t{fo
 .z{stroke:var(--rule);stroke-dasharray:3 4;fill:none}.a{fill:var(--a)}.b{fill:var(--b)}.c{fill:var(--c)}.d{fill:var(--d)}\
 .free{fill:url(#free)}.bed{fill:var(--grid)}";
 
-/// The picture.
 pub(super) fn svg(diagram: &TimingDiagram) -> String {
     let mut body = heading(diagram);
     let line_end_px = one_line(&mut body, diagram, 96.0);
@@ -65,18 +61,6 @@ fn heading(diagram: &TimingDiagram) -> String {
     body
 }
 
-/// Spans by lane, in the order in which lanes first occur.
-fn by_lane(phases: &[Phase]) -> Vec<(&str, Vec<&Phase>)> {
-    let mut lanes: Vec<(&str, Vec<&Phase>)> = Vec::new();
-    for phase in phases {
-        match lanes.iter_mut().find(|(name, _)| *name == phase.lane) {
-            Some((_, spans)) => spans.push(phase),
-            None => lanes.push((&phase.lane, vec![phase])),
-        }
-    }
-    lanes
-}
-
 /// Draws the spans of a line from a height on; gives the height where they end.
 fn one_line(body: &mut String, diagram: &TimingDiagram, top_px: f64) -> f64 {
     let timing = &diagram.timing;
@@ -85,7 +69,7 @@ fn one_line(body: &mut String, diagram: &TimingDiagram, top_px: f64) -> f64 {
     let end_us = timing.line.iter().fold(timing.line_time_us, |end_us, phase| greater(end_us, phase.end_us));
     let scale = TimeScale { left_px: LEFT_PX, right_px: RIGHT_PX, start_us: 0.0, end_us };
     let mut y_px = top_px + 16.0;
-    for (name, spans) in by_lane(&timing.line) {
+    for (name, spans) in Phase::by_lane(&timing.line) {
         text(body, MARGIN_PX, y_px + 20.0, "l", name);
         y_px = lane(body, &scale, &spans, timing.line_time_us, y_px);
     }
@@ -103,12 +87,10 @@ fn two_frames(body: &mut String, diagram: &TimingDiagram, top_px: f64) -> f64 {
     text(body, RIGHT_PX, top_px, "s e", &line);
     let scale = TimeScale { left_px: LEFT_PX, right_px: RIGHT_PX, start_us: 0.0, end_us: 2.0 * frame_us };
     let rows_px = legend(body, diagram, top_px + 24.0) + 14.0;
-    writeln!(
-        body,
-        "<rect x=\"{LEFT_PX}\" y=\"{rows_px:.1}\" width=\"{}\" height=\"{ROWS_PX}\" class=\"bed\" opacity=\".5\"/>",
+    *body += &format!(
+        "<rect x=\"{LEFT_PX}\" y=\"{rows_px:.1}\" width=\"{}\" height=\"{ROWS_PX}\" class=\"bed\" opacity=\".5\"/>\n",
         RIGHT_PX - LEFT_PX
-    )
-    .expect(TEXT);
+    );
     text(body, LEFT_PX - 10.0, rows_px + 11.0, "l e", "row 0");
     text(body, LEFT_PX - 10.0, rows_px + ROWS_PX, "l e", &format!("row {}", diagram.rows - 1));
     body.push_str("<g clip-path=\"url(#rows)\">\n");
@@ -116,10 +98,10 @@ fn two_frames(body: &mut String, diagram: &TimingDiagram, top_px: f64) -> f64 {
     body.push_str("</g>\n");
     for frame in [0.0, 1.0, 2.0] {
         let x_px = scale.x_px(frame * frame_us);
-        writeln!(body, "<path d=\"M{x_px:.1} {rows_px:.1}V{:.1}\" class=\"z\"/>", rows_px + ROWS_PX).expect(TEXT);
+        *body += &format!("<path d=\"M{x_px:.1} {rows_px:.1}V{:.1}\" class=\"z\"/>\n", rows_px + ROWS_PX);
     }
     let mut y_px = rows_px + ROWS_PX + 8.0;
-    for (name, spans) in by_lane(&diagram.lanes) {
+    for (name, spans) in Phase::by_lane(&diagram.lanes) {
         text(body, MARGIN_PX, y_px + 20.0, "l", name);
         let shown: Vec<Phase> = spans.into_iter().filter_map(|span| within(span, 2.0 * frame_us)).collect();
         y_px = lane(body, &scale, &shown.iter().collect::<Vec<_>>(), 0.0, y_px);
@@ -127,14 +109,12 @@ fn two_frames(body: &mut String, diagram: &TimingDiagram, top_px: f64) -> f64 {
     axis(body, &scale, y_px)
 }
 
-/// The part of a span that the picture shows.
 fn within(span: &Phase, end_us: f64) -> Option<Phase> {
     let (start_us, end_us) = (greater(span.start_us, 0.0), lesser(span.end_us, end_us));
     // What begins with the end, but for rounding, is not in it.
     (start_us < end_us * (1.0 - 1e-9)).then(|| Phase { start_us, end_us, ..span.clone() })
 }
 
-/// What the colours mean.
 fn legend(body: &mut String, diagram: &TimingDiagram, y_px: f64) -> f64 {
     let slots = diagram.bands.iter().filter(|band| band.frame == 0 && band.kind != BandKind::Readout).count();
     let mut names: Vec<(String, String)> = (0..slots)
@@ -147,12 +127,10 @@ fn legend(body: &mut String, diagram: &TimingDiagram, y_px: f64) -> f64 {
     let mut x_px = LEFT_PX;
     for (name, class) in names {
         let opacity = if class == "c" { 1.0 } else { 0.55 };
-        writeln!(
-            body,
-            "<rect x=\"{x_px:.1}\" y=\"{:.1}\" width=\"12\" height=\"12\" rx=\"2\" class=\"{class}\" opacity=\"{opacity}\"/>",
+        *body += &format!(
+            "<rect x=\"{x_px:.1}\" y=\"{:.1}\" width=\"12\" height=\"12\" rx=\"2\" class=\"{class}\" opacity=\"{opacity}\"/>\n",
             y_px - 10.5
-        )
-        .expect(TEXT);
+        );
         text(body, x_px + 18.0, y_px, "l", &name);
         x_px += 96.0;
     }
@@ -173,10 +151,8 @@ fn push_band(body: &mut String, band: &RowBand, scale: &TimeScale, top_px: f64) 
         BandKind::Exposure { slot } => (exposure_class(slot), if band.frame % 2 == 1 { 0.62 } else { 0.4 }, ""),
         BandKind::Readout => ("c", 1.0, " style=\"stroke:var(--c);stroke-width:1.5\""),
     };
-    writeln!(
-        body,
+    *body += &format!(
         "<path d=\"M{first_start:.1} {top_px:.1}L{first_end:.1} {top_px:.1}L{last_end:.1} {bottom_px:.1}L{last_start:.1} \
-         {bottom_px:.1}Z\" class=\"{class}\" opacity=\"{opacity}\"{edge}/>"
-    )
-    .expect(TEXT);
+         {bottom_px:.1}Z\" class=\"{class}\" opacity=\"{opacity}\"{edge}/>\n"
+    );
 }

@@ -2,9 +2,6 @@
 
 use super::super::record::Timing;
 
-/// Why writing into a `String` is expected to work.
-pub(super) const TEXT: &str = "writing to a string cannot fail";
-
 /// What is drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimingDiagram {
