@@ -69,18 +69,13 @@ pub fn coffers() -> Texture {
         let (dx, dy) = (middle(x), middle(y));
         let ring = dx.abs().max(dy.abs());
         let boss = dx * dx + dy * dy;
-        let shade = if ring > 54 {
-            38
-        } else if ring > 50 {
-            -50
-        } else if ring > 40 {
-            12
-        } else if ring > 37 {
-            -62
-        } else if boss < 120 || (196..324).contains(&boss) {
-            64
-        } else {
-            -28
+        let shade = match (ring, boss) {
+            (55.., _) => 38,
+            (51.., _) => -50,
+            (41.., _) => 12,
+            (38.., _) => -62,
+            (_, ..120 | 196..324) => 64,
+            _ => -28,
         };
         [168, 146, 112].map(|code| code + shade + cloud(key, x, y) / 8)
     })
@@ -125,14 +120,13 @@ pub fn leaves(number: u64) -> (Texture, CutOut) {
             for dx in -36..=36 {
                 let (along, across) = (dx * ax + dy * ay, dx * ay - dy * ax);
                 let (u, v) = (along * 1000 / length2, across * 1000 / length2);
-                if u * u / 1000 + v.abs() * 2600 / 1000 > 1000
-                    || !(0..edge).contains(&(cx + dx))
-                    || !(0..edge).contains(&(cy + dy))
-                {
+                let (x, y) = (cx + dx, cy + dy);
+                let is_inside = (0..edge).contains(&x) && (0..edge).contains(&y);
+                if u * u / 1000 + v.abs() * 2600 / 1000 > 1000 || !is_inside {
                     continue;
                 }
                 let rib = if v.abs() < 40 { 30 } else { v.abs() / 20 - 10 };
-                let place = usize::try_from((cy + dy) * edge + cx + dx).expect("within the picture");
+                let place = usize::try_from(y * edge + x).expect("within the picture");
                 codes[place] = [66, 104, 38].map(|code| u8_clipped(code + tint + rib));
                 coverage[place] = 255;
             }
