@@ -69,7 +69,7 @@ fn stuff(builder: &mut Builder, pictures: HallPictures) -> HallMaterials {
     let marble = pictures.marble;
     let light = builder.surface("light slabs", [0.85, 0.83, 0.80], Some(marble.clone()), 1.7);
     let dark = builder.surface("dark slabs", [0.20, 0.23, 0.22], Some(marble.clone()), 1.7);
-    let [first, second] = pictures.cloth;
+    let [first, second] = pictures.cloth.map(Some);
     HallMaterials {
         stone: builder.surface("ashlar", [0.9; 3], Some(masonry(&ashlar)), 4.0),
         plaster: builder.surface("plaster", [0.9; 3], Some(ground(22, [214, 206, 190], 7, 34)), 3.0),
@@ -80,8 +80,8 @@ fn stuff(builder: &mut Builder, pictures: HallPictures) -> HallMaterials {
         wood: builder.surface("wood", [0.75; 3], Some(pictures.wood), 1.2),
         coffers: builder.surface("coffers", [0.9; 3], Some(coffers()), 4.0),
         banners: [
-            builder.surface("banner 1", [0.80, 0.34, 0.28], Some(first), 1.0),
-            builder.surface("banner 2", [0.30, 0.42, 0.70], Some(second), 1.0),
+            builder.surface("banner 1", [0.80, 0.34, 0.28], first, 1.0),
+            builder.surface("banner 2", [0.30, 0.42, 0.70], second, 1.0),
         ],
         lead: builder.surface("lead", [0.10, 0.10, 0.11], None, 1.0),
         pane: builder.glowing("panes", [0.94, 1.0, 1.12]),
@@ -261,12 +261,10 @@ fn column(builder: &mut Builder, stuff: &HallMaterials, [x, _, z]: [f32; 3]) {
     );
     builder.turned(stuff.moulding, [x, 0.0, z], &base, 32);
     // Entasis: the radius falls with the square of the height, from 0.46 to 0.40 m.
-    let shaft: Vec<[f32; 2]> = (0..=8)
-        .map(|step| {
-            let share = f32_from_i32(step) / 8.0;
-            [0.46 - 0.06 * share * share, 0.70 + 2.9 * share]
-        })
-        .collect();
+    let shaft = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|step| {
+        let share = f32_from_i32(step) / 8.0;
+        [0.46 - 0.06 * share * share, 0.70 + 2.9 * share]
+    });
     builder.turned(stuff.column, [x, 0.0, z], &shaft, 32);
     let capital = profile(
         [0.40, 0.435, 0.445, 0.435, 0.40, 0.40, 0.42, 0.47, 0.55, 0.60, 0.60],

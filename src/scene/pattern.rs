@@ -174,12 +174,8 @@ mod tests {
     #[test]
     fn leaves_are_about_half_holes_and_every_texel_agrees_with_its_hole() {
         let (picture, holes) = leaves(1);
-        let open = (0..64 * 64_u32)
-            .filter(|at| {
-                let uv = [at % 64, at / 64].map(|k| (crate::num::f32_from_u32(k) + 0.5) / 64.0);
-                holes.is_open(uv, || 1.0, || 0.0)
-            })
-            .count();
+        let uv = |at: u32| [at % 64, at / 64].map(|k| (crate::num::f32_from_u32(k) + 0.5) / 64.0);
+        let open = (0..64 * 64).filter(|&at| holes.is_open(uv(at), || 1.0, || 0.0)).count();
         // 240 leaves of about 600 texels, overlapping: cover is between a fifth and four fifths.
         assert!((820..3280).contains(&open), "{open} of 4096 are holes");
         let mean = picture.mean();

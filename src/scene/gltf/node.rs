@@ -120,19 +120,14 @@ impl<'a> Reader<'a> {
             return parent.child(parent_from_node);
         };
         let turn = self.unit_turn(rotation, || format!("node {}", node.index()));
-        let joint = Joint {
-            rest: Pose::new(turn, wide(translation) * scale),
-            translation: tracks.translation.map(|track| track.scaled(scale)),
-            rotation: tracks.rotation,
-        };
+        let translation_m = tracks.translation.map(|track| track.scaled(scale));
+        let rest = Pose::new(turn, wide(translation) * scale);
+        let joint = Joint { rest, translation: translation_m, rotation: tracks.rotation };
         let above = parent.part.map_or_else(JointChain::default, |part| self.parts[part].chain.clone());
         let chain = above.with(Joint::fixed(pose)).with(joint);
         self.parts.push(Part { name, chain, triangles: Vec::new() });
-        NodePlace {
-            world_from_node: parent.world_from_node * parent_from_node,
-            part_from_node: DMat4::from_scale(wide(own) * scale),
-            part: Some(self.parts.len() - 1),
-        }
+        let part_from_node = DMat4::from_scale(wide(own) * scale);
+        NodePlace { part_from_node, part: Some(self.parts.len() - 1), ..parent.child(parent_from_node) }
     }
 
     /// A node's own transform; a rotation that is no unit quaternion is made one.

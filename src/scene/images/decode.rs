@@ -120,10 +120,8 @@ impl Picture {
             (None, None, None, Some(grey)) if infrared.is_none() => vec![grey],
             _ => {
                 let names = found.iter().map(|channel| channel.name.as_str()).collect::<Vec<_>>().join(", ");
-                return Err(Error::content(
-                    name,
-                    format!("has the channels {names}; use R, G and B (and N or NIR), or Y alone"),
-                ));
+                let reason = format!("has the channels {names}; use R, G and B (and N or NIR), or Y alone");
+                return Err(Error::content(name, reason));
             }
         };
         let (size, channels) = (planes[0].plane.size(), planes.len());
@@ -133,10 +131,8 @@ impl Picture {
                 if !(value.is_finite() && value >= 0.0) {
                     let (x, y) = (at % index(size.width_px), at / index(size.width_px));
                     let place = format!("channel {} at column {x}, row {y}", channel.name);
-                    return Err(Error::content(
-                        name,
-                        format!("holds {value} in {place}; use finite light of at least 0"),
-                    ));
+                    let reason = format!("holds {value} in {place}; use finite light of at least 0");
+                    return Err(Error::content(name, reason));
                 }
                 values[at * channels + number] = match transfer {
                     TransferCurve::Linear => value,
@@ -223,11 +219,8 @@ fn exr_channels(name: &str, bytes: &[u8]) -> Result<Vec<crate::picture::Channel>
     let header = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false)
         .map_err(|error| Error::content(name, format!("is not a complete OpenEXR file: {error}")))?;
     for layer in &header.headers {
-        check_size(
-            name,
-            crate::num::u64_from(layer.layer_size.width()),
-            crate::num::u64_from(layer.layer_size.height()),
-        )?;
+        let [width_px, height_px] = [layer.layer_size.width(), layer.layer_size.height()].map(crate::num::u64_from);
+        check_size(name, width_px, height_px)?;
     }
     crate::picture::from_exr(name, bytes)
 }
@@ -265,10 +258,8 @@ fn exr_depth(name: &str, _: &[u8]) -> Result<Plane<f32>, Error> {
 #[cfg(feature = "exr")]
 fn depth_checked(name: &str, plane: &Plane<f32>) -> Result<Plane<f32>, Error> {
     if plane.values().iter().any(|depth_m| depth_m.is_nan()) {
-        return Err(Error::content(
-            name,
-            "holds a depth that is not a number; use metres, or infinity where nothing is seen",
-        ));
+        let reason = "holds a depth that is not a number; use metres, or infinity where nothing is seen";
+        return Err(Error::content(name, reason));
     }
     Ok(plane.map(|depth_m| if depth_m > 0.0 { depth_m } else { f32::INFINITY }))
 }
