@@ -136,6 +136,11 @@ impl Error {
             reason: reason.into(),
         }
     }
+
+    /// A file whose content is not what its name promises.
+    pub fn content(file: &str, reason: impl Into<String>) -> Self {
+        Self::Content { file: file.to_owned(), reason: reason.into() }
+    }
 }
 
 #[cfg(test)]

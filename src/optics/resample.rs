@@ -39,12 +39,12 @@ fn lens_of(camera: &PictureCamera, size: Size) -> Lens {
 /// Whether the pictures' camera sees one direction at each place of its pictures. Fails on a focal length or principal point that is not
 /// finite; distortion that folds a picture over, by the key.
 pub fn check(stream: &ImageStream) -> Result<(), Error> {
-    let lens = lens_of(stream.camera(), stream.size());
+    let lens = lens_of(&stream.params.camera, stream.size());
     let (right, bottom) = (f64::from(stream.size().width_px) - 0.5, f64::from(stream.size().height_px) - 0.5);
     for corner in [(-0.5, -0.5), (right, -0.5), (-0.5, bottom), (right, bottom)] {
         if lens.unproject(DVec2::new(corner.0, corner.1)).is_none() {
             let reason = "the distortion folds the pictures over; use values nearer to 0";
-            return Err(Error::key("scene.images_camera", format!("{:?}", stream.camera().distortion), reason));
+            return Err(Error::key("scene.images_camera", format!("{:?}", stream.params.camera.distortion), reason));
         }
     }
     Ok(())
@@ -62,7 +62,7 @@ type Quad = [DVec2; 4];
 
 impl<'a> CameraPixels<'a> {
     fn of(stream: &ImageStream, camera: &'a Camera) -> Self {
-        Self { camera, lens: lens_of(stream.camera(), stream.size()), size: stream.size() }
+        Self { camera, lens: lens_of(&stream.params.camera, stream.size()), size: stream.size() }
     }
 
     fn place(&self, bearing: [f32; 3]) -> Option<DVec2> {
@@ -113,14 +113,14 @@ pub fn resample(stream: &ImageStream, camera: &Camera, shutter: &[Span]) -> Resu
     needed.sort_unstable();
     needed.dedup();
     let view = CameraPixels::of(stream, camera);
-    let per_lux_s = camera.photons_per_lux_s(stream.illuminant());
+    let per_lux_s = camera.photons_per_lux_s(stream.params.illuminant);
     for numbers in needed.chunks(stream.pictures_at_once()) {
         let pictures = stream.pictures(numbers)?;
         let weights: Vec<Vec<f64>> = rows
             .iter()
             .map(|row| {
                 let seconds = |number: usize| row.iter().find(|(known, _)| *known == number).map_or(0.0, |(_, s)| *s);
-                numbers.iter().map(|&number| seconds(number) * stream.white_lux()).collect()
+                numbers.iter().map(|&number| seconds(number) * stream.params.white_lux).collect()
             })
             .collect();
         let one = |row: usize, values: &mut [f32]| {
@@ -213,7 +213,7 @@ pub fn photon_bounds(stream: &ImageStream, camera: &Camera, exposure_s: f64, out
     if outside {
         exitance.least = [0.0; BANDS];
     }
-    bounds::of_exitance(stream.illuminant(), &exitance, camera, exposure_s)
+    bounds::of_exitance(stream.params.illuminant, &exitance, camera, exposure_s)
 }
 
 /// z in metres of what the centre of each pixel sees in the picture nearest to a time: the pixel of the picture there, since a mean of

@@ -123,7 +123,7 @@ impl World {
         match self {
             Self::Scene(scene) => scene.fixed.illuminant(),
             #[cfg(feature = "pictures")]
-            Self::Images(sequence) => sequence.streams[0].illuminant(),
+            Self::Images(sequence) => sequence.streams[0].params.illuminant,
         }
     }
 
@@ -149,7 +149,9 @@ impl World {
             #[cfg(feature = "pictures")]
             Self::Images(sequence) => {
                 let stream = &sequence.streams[number];
-                optics::expose_by(stream.illuminant(), camera, &|camera| resample::resample(stream, camera, shutter))
+                optics::expose_by(stream.params.illuminant, camera, &|camera| {
+                    resample::resample(stream, camera, shutter)
+                })
             }
         }
     }

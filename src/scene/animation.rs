@@ -33,17 +33,13 @@ impl<const N: usize> Track<N> {
     /// From times and values. Fails on no key, times that are not finite, negative or do not rise, another number of values than the keys
     /// need, values that are not finite.
     pub fn new(times_s: Vec<f64>, values: Vec<[f64; N]>, interpolation: Interpolation) -> Result<Self, String> {
-        let each = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
+        let needed = times_s.len() * if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
         if times_s.is_empty() {
             return Err("it has no keys".to_owned());
         }
-        if values.len() != each * times_s.len() {
-            return Err(format!(
-                "it has {} keys and {} values; use {} values",
-                times_s.len(),
-                values.len(),
-                each * times_s.len()
-            ));
+        if values.len() != needed {
+            let (keys, found) = (times_s.len(), values.len());
+            return Err(format!("it has {keys} keys and {found} values; use {needed} values"));
         }
         if times_s.iter().any(|t_s| !(t_s.is_finite() && *t_s >= 0.0)) {
             return Err("a time of its keys is negative or not finite".to_owned());
@@ -69,6 +65,10 @@ impl<const N: usize> Track<N> {
         self.times_s[self.times_s.len() - 1]
     }
 
+    fn is_step(&self) -> bool {
+        self.interpolation == Interpolation::Step
+    }
+
     /// The keys around a time, and the share of the way between them; before the first and after the last key, that one.
     fn around(&self, t_s: f64) -> (usize, usize, f64) {
         let after = self.times_s.partition_point(|key_s| *key_s <= t_s);
@@ -90,16 +90,11 @@ impl<const N: usize> Track<N> {
             Interpolation::CubicSpline => {
                 let length_s = self.times_s[after] - self.times_s[before];
                 let (square, cube) = (share * share, share * share * share);
-                let weights = [2.0 * cube - 3.0 * square + 1.0, length_s * (cube - 2.0 * square + share)];
-                let weights_after = [3.0 * square - 2.0 * cube, length_s * (cube - square)];
+                let [a, b] = [2.0 * cube - 3.0 * square + 1.0, length_s * (cube - 2.0 * square + share)];
+                let [c, d] = [3.0 * square - 2.0 * cube, length_s * (cube - square)];
                 let (value, leaves) = (self.values[3 * before + 1], self.values[3 * before + 2]);
                 let (enters, next) = (self.values[3 * after], self.values[3 * after + 1]);
-                std::array::from_fn(|n| {
-                    weights[0] * value[n]
-                        + weights[1] * leaves[n]
-                        + weights_after[0] * next[n]
-                        + weights_after[1] * enters[n]
-                })
+                std::array::from_fn(|n| a * value[n] + b * leaves[n] + c * next[n] + d * enters[n])
             }
         }
     }
@@ -218,18 +213,15 @@ impl JointChain {
             let (mut speed, mut turn, mut reach_m) = (0.0, 0.0, joint.rest.translation_m.length());
             for pair in poses.windows(2) {
                 let [(from_s, from), (to_s, to)] = [pair[0], pair[1]];
-                let is_step = |interpolation: Option<Interpolation>| interpolation == Some(Interpolation::Step);
                 let length_s = to_s - from_s;
-                if !is_step(joint.translation.as_ref().map(|track| track.interpolation)) {
+                if !joint.translation.as_ref().is_some_and(Track::is_step) {
                     speed = greater(speed, (to.translation_m - from.translation_m).length() / length_s);
                 }
-                if !is_step(joint.rotation.as_ref().map(|track| track.interpolation)) {
+                if !joint.rotation.as_ref().is_some_and(Track::is_step) {
                     turn = greater(turn, from.inverse().then(&to).angle_rad() / length_s);
                 }
             }
-            for (_, pose) in &poses {
-                reach_m = greater(reach_m, pose.translation_m.length());
-            }
+            poses.iter().for_each(|(_, pose)| reach_m = greater(reach_m, pose.translation_m.length()));
             limits.turn_rad_per_s += MISSED * turn;
             limits.speed_m_per_s += MISSED * (speed + turn * below_m);
             limits.reach_m += MISSED * reach_m;
@@ -279,21 +271,9 @@ mod tests {
 
     #[test]
     fn the_limits_of_a_chain_hold_for_its_points_at_all_times() {
-        let slide = Track::new(
-            vec![0.0, 0.4, 1.0],
-            vec![
-                [0.0; 3],
-                [0.0; 3],
-                [1.0, 0.0, 0.0],
-                [2.0, 0.0, 0.0],
-                [0.5, 0.2, 0.0],
-                [0.0; 3],
-                [0.0; 3],
-                [0.0; 3],
-                [0.0; 3],
-            ],
-            Interpolation::CubicSpline,
-        );
+        let (rest, way) = ([0.0; 3], [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.5, 0.2, 0.0]]);
+        let values = vec![rest, rest, way[0], way[1], way[2], rest, rest, rest, rest];
+        let slide = Track::new(vec![0.0, 0.4, 1.0], values, Interpolation::CubicSpline);
         let chain = JointChain::default()
             .with(Joint { translation: Some(slide.unwrap()), ..Joint::fixed(Pose::IDENTITY) })
             .with(Joint::fixed(Pose::new(DQuat::IDENTITY, DVec3::new(0.0, 0.7, 0.0))))

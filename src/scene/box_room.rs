@@ -3,11 +3,11 @@
 
 use super::geometry::Scene;
 use super::light::BANDS;
-use super::mesh::{Material, Mesh};
+use super::mesh::{Material, Mesh, pushed};
 use super::target::cube;
 use super::texture::{Texture, Wrap};
 use crate::draw::DrawKey;
-use crate::num::{index, low_u8, low_u32, u8_clipped, u32_from};
+use crate::num::{f32_from_u32, index, low_u8, low_u32, u8_clipped, u32_truncated_f32, u64_from};
 
 /// Least corner of the room in metres.
 pub const LEAST_M: [f32; 3] = [-3.0, 0.0, -2.5];
@@ -38,18 +38,13 @@ pub fn box_room(seed: u64) -> Scene {
     let mut mesh = Mesh::default();
     let key = DrawKey::root(seed).with(0x0062_6F78);
     for (face, corners_m) in cube(LEAST_M, GREATEST_M, true).into_iter().enumerate() {
-        textured_quad(&mut mesh, key.with(crate::num::u64_from(face)), face, (corners_m, TEXELS_PER_M, pattern));
+        textured_quad(&mut mesh, key.with(u64_from(face)), face, (corners_m, TEXELS_PER_M, pattern));
     }
     for (number, [least_m, greatest_m]) in FURNITURE_M.into_iter().enumerate() {
         for (face, corners_m) in cube(least_m, greatest_m, false).into_iter().enumerate() {
             if face != 2 {
                 let face = 6 + 6 * number + face;
-                textured_quad(
-                    &mut mesh,
-                    key.with(crate::num::u64_from(face)),
-                    face,
-                    (corners_m, TEXELS_PER_M, pattern),
-                );
+                textured_quad(&mut mesh, key.with(u64_from(face)), face, (corners_m, TEXELS_PER_M, pattern));
             }
         }
     }
@@ -59,9 +54,8 @@ pub fn box_room(seed: u64) -> Scene {
 
 /// Puts the lamp under the ceiling.
 pub(super) fn luminous_ceiling(mesh: &mut Mesh) {
-    let lamp = u32_from(mesh.materials.len());
-    let emission = [1.0; BANDS];
-    mesh.materials.push(Material { emission, double_sided: false, ..Material::plain("lamp", [0.0; 3]) });
+    let glowing = Material { emission: [1.0; BANDS], double_sided: false, ..Material::plain("lamp", [0.0; 3]) };
+    let lamp = pushed(&mut mesh.materials, glowing);
     let [[x0, y, z0], [x1, _, z1]] = LAMP_M;
     mesh.append_quad(lamp, [[x0, y, z0], [x1, y, z0], [x1, y, z1], [x0, y, z1]], [1.0, 1.0]);
 }
@@ -77,16 +71,13 @@ pub(super) fn textured_quad(
         // Edges run along the axes, so the sum of the coordinates' differences is the length.
         (a[0] - b[0]).abs() + (a[1] - b[1]).abs() + (a[2] - b[2]).abs()
     };
-    let texels =
-        |length_m: f32| crate::num::u32_truncated_f32(length_m * crate::num::f32_from_u32(texels_per_m)).max(8);
+    let texels = |length_m: f32| u32_truncated_f32(length_m * f32_from_u32(texels_per_m)).max(8);
     let width = texels(edge_m(corners_m[0], corners_m[1]));
     let height = texels(edge_m(corners_m[1], corners_m[2]));
     let codes = pattern(key, width, height);
-    let texture = u32_from(mesh.textures.len());
-    mesh.textures.push(Texture::from_srgb(width, height, &codes, [Wrap::Clamp; 2]));
-    let material = u32_from(mesh.materials.len());
+    let texture = Some(pushed(&mut mesh.textures, Texture::from_srgb(width, height, &codes, [Wrap::Clamp; 2])));
     let plain = Material::plain(&format!("face {face}"), [0.85; 3]);
-    mesh.materials.push(Material { texture: Some(texture), double_sided: false, ..plain });
+    let material = pushed(&mut mesh.materials, Material { texture, double_sided: false, ..plain });
     mesh.append_quad(material, corners_m, [1.0, 1.0]);
 }
 

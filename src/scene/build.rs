@@ -8,28 +8,33 @@ pub use opening::{Opening, Wall};
 
 use super::cut_out::CutOut;
 use super::light::with_infrared;
-use super::mesh::{Material, Vertex};
+use super::mesh::{Material, Vertex, pushed};
 use super::texture::Texture;
 use super::vectors::{sub, unit, unit_normal};
-use crate::num::{f32_from_u32, index, u32_from};
+use crate::num::{f32_from_u32, index};
 pub use surface::{Builder, Surface, world_uv};
+
+/// Points of a profile from the foot up, from its radii and its heights.
+pub(super) fn profile<const N: usize>(radii_m: [f32; N], heights_m: [f32; N]) -> [[f32; 2]; N] {
+    std::array::from_fn(|point| [radii_m[point], heights_m[point]])
+}
+
+/// What lies from `near` to `far` to the right of the middle, or, for a negative side, to the left.
+pub(super) fn strip(side: f32, near: f32, far: f32) -> [f32; 2] {
+    if side < 0.0 { [-far, -near] } else { [near, far] }
+}
 
 impl Builder {
     /// Adds a material that is seen from its front only. Its picture, if any, is `tile_m` wide.
     pub fn surface(&mut self, name: &str, colour: [f32; 3], picture: Option<Texture>, tile_m: f32) -> Surface {
-        let texture = picture.map(|picture| {
-            self.mesh.textures.push(picture);
-            u32_from(self.mesh.textures.len() - 1)
-        });
+        let texture = picture.map(|picture| pushed(&mut self.mesh.textures, picture));
         self.push(Material { texture, double_sided: false, ..Material::plain(name, colour) }, tile_m)
     }
 
     /// Adds a material with holes, seen from both sides.
     pub fn cut_out(&mut self, name: &str, picture: Texture, holes: CutOut) -> Surface {
-        self.mesh.textures.push(picture);
-        self.mesh.cut_outs.push(holes);
-        let texture = Some(u32_from(self.mesh.textures.len() - 1));
-        let cut_out = Some(u32_from(self.mesh.cut_outs.len() - 1));
+        let texture = Some(pushed(&mut self.mesh.textures, picture));
+        let cut_out = Some(pushed(&mut self.mesh.cut_outs, holes));
         self.push(Material { texture, cut_out, ..Material::plain(name, [1.0; 3]) }, 1.0)
     }
 
@@ -58,8 +63,7 @@ impl Builder {
     }
 
     fn push(&mut self, material: Material, tile_m: f32) -> Surface {
-        self.mesh.materials.push(material);
-        Surface { material: u32_from(self.mesh.materials.len() - 1), tile_m }
+        Surface { material: pushed(&mut self.mesh.materials, material), tile_m }
     }
 
     fn add(&mut self, surface: Surface, vertices: &[Vertex], triangles: &[[u32; 3]]) {
@@ -72,6 +76,11 @@ impl Builder {
         let Some(normal) = unit_normal([a, b, c]).or_else(|| unit_normal([a, c, d])) else { return };
         let vertices = corners_m.map(|at| Vertex { position_m: at, normal, uv: world_uv(at, normal, surface.tile_m) });
         self.add(surface, &vertices, &[[0, 1, 2], [0, 2, 3]]);
+    }
+
+    /// A level rectangle that is seen from above.
+    pub fn level(&mut self, surface: Surface, [x0, x1]: [f32; 2], [z0, z1]: [f32; 2], y: f32) {
+        self.quad(surface, [[x0, y, z1], [x1, y, z1], [x1, y, z0], [x0, y, z0]]);
     }
 
     /// A flat quadrangle with one whole picture on it, upright for corners that start at the bottom left.

@@ -127,12 +127,22 @@ fn neighbours(coordinate: f32, count: u32, wrap: Wrap) -> (usize, usize, f32) {
 mod tests {
     use super::*;
 
+    fn is_hole(cut_out: &CutOut, uv: [f32; 2]) -> bool {
+        cut_out.is_open(uv, || panic!("no angle"), || panic!("no draw"))
+    }
+
+    /// How many of 1000 evenly spaced draws pass a pane at a cosine.
+    fn passed(pane: &CutOut, cos: impl Fn() -> f32) -> f64 {
+        let is_open = |draw: &i32| pane.is_open([0.3, 0.7], &cos, || f32_from_i32(*draw) / 1000.0);
+        crate::num::f64_from_usize((0..1000).filter(is_open).count())
+    }
+
     #[test]
     fn holes_lie_where_coverage_is_low_and_end_half_way_between_texels() {
         // Left texel a hole, right one surface: the edge for a cutoff of a half is at the middle.
         let cut_out = CutOut::new(2, 1, vec![0, 255], [Wrap::Clamp; 2], 0.5);
         for (u, is_open) in [(0.0, true), (0.25, true), (0.49, true), (0.51, false), (0.75, false), (1.0, false)] {
-            assert_eq!(cut_out.is_open([u, 0.5], || panic!("no angle"), || panic!("no draw")), is_open, "{u}");
+            assert_eq!(is_hole(&cut_out, [u, 0.5]), is_open, "{u}");
         }
     }
 
@@ -141,14 +151,9 @@ mod tests {
         for (code, alpha, share) in [(0, 1.0, 0.0), (255, 1.0, 1.0), (255, 0.25, 0.25), (51, 1.0, 0.2), (51, 0.5, 0.1)]
         {
             let pane = CutOut::blended(1, 1, vec![code], [Wrap::Repeat; 2], alpha);
-            let stopped = (0..1000)
-                .filter(|&draw| !pane.is_open([0.3, 0.7], || panic!("no angle"), || f32_from_i32(draw) / 1000.0))
-                .count();
+            let stopped = 1000.0 - passed(&pane, || panic!("no angle"));
             // Both ends are exact: nothing stops no draw, and all is all. Elsewhere rounding may decide one.
-            let expected = 1000.0 * share;
-            assert!(
-                (crate::num::f64_from_usize(stopped) - expected).abs() <= if share % 1.0 == 0.0 { 0.0 } else { 1.0 }
-            );
+            assert!((stopped - 1000.0 * share).abs() <= if share % 1.0 == 0.0 { 0.0 } else { 1.0 });
         }
     }
 
@@ -159,12 +164,8 @@ mod tests {
             [(255, 1.0, 1.0, 0.96), (255, 1.0, 0.5, 0.93), (255, 1.0, 0.0, 0.0), (51, 0.5, 1.0, 0.096)]
         {
             let pane = CutOut::pane(1, 1, vec![code], [Wrap::Repeat; 2], factor);
-            let passed =
-                (0..1000).filter(|&draw| pane.is_open([0.3, 0.7], || cos, || f32_from_i32(draw) / 1000.0)).count();
-            assert!(
-                (crate::num::f64_from_usize(passed) - 1000.0 * share).abs() <= 1.0,
-                "{code} {factor} {cos}: {passed}"
-            );
+            let passed = passed(&pane, || cos);
+            assert!((passed - 1000.0 * share).abs() <= 1.0, "{code} {factor} {cos}: {passed}");
         }
     }
 
@@ -175,11 +176,7 @@ mod tests {
             for (code, is_open) in [(0, true), (255, false)] {
                 let cut_out = CutOut::new(3, 5, vec![code; 15], [wrap; 2], 0.5);
                 for u in [-1e9, -7.3, -1.0, -0.0, 0.0, 0.999_999_94, 1.0, 2.5, 1e9, f32::MAX] {
-                    assert_eq!(
-                        cut_out.is_open([u, -u], || panic!("no angle"), || panic!("no draw")),
-                        is_open,
-                        "{wrap:?} at {u}"
-                    );
+                    assert_eq!(is_hole(&cut_out, [u, -u]), is_open, "{wrap:?} at {u}");
                     tried += 1;
                 }
             }

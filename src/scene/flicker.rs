@@ -3,6 +3,8 @@
 //!
 //! Phosphors and thermal inertia are not modelled: they lower the modulation, which is the user's number.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use crate::num::{f32_nearest, greater, lesser};
 use crate::units::Span;
 
@@ -60,7 +62,7 @@ impl Flicker {
     pub fn bounds(&self) -> [f32; 2] {
         let pure = match self.waveform {
             Waveform::Sine => [0.0, 2.0],
-            Waveform::RectifiedSine => [0.0, std::f64::consts::FRAC_PI_2],
+            Waveform::RectifiedSine => [0.0, FRAC_PI_2],
             Waveform::Pwm { duty } => [if duty < 1.0 { 0.0 } else { 1.0 }, 1.0 / duty],
         };
         pure.map(|level| f32_nearest(self.mixed(level)))
@@ -101,15 +103,10 @@ impl Flicker {
     /// Level at a place of the period.
     fn at(&self, place: f64) -> f64 {
         match self.waveform {
-            Waveform::Sine => 1.0 + libm::sin(2.0 * std::f64::consts::PI * place),
-            Waveform::RectifiedSine => std::f64::consts::FRAC_PI_2 * libm::sin(std::f64::consts::PI * place),
-            Waveform::Pwm { duty } => {
-                if place < duty {
-                    1.0 / duty
-                } else {
-                    0.0
-                }
-            }
+            Waveform::Sine => 1.0 + libm::sin(2.0 * PI * place),
+            Waveform::RectifiedSine => FRAC_PI_2 * libm::sin(PI * place),
+            Waveform::Pwm { duty } if place < duty => 1.0 / duty,
+            Waveform::Pwm { .. } => 0.0,
         }
     }
 
@@ -117,10 +114,10 @@ impl Flicker {
     fn since_start(&self, place: f64) -> f64 {
         match self.waveform {
             Waveform::Sine => {
-                let half_turns = libm::sin(std::f64::consts::PI * place);
-                place + half_turns * half_turns / std::f64::consts::PI
+                let half_turns = libm::sin(PI * place);
+                place + half_turns * half_turns / PI
             }
-            Waveform::RectifiedSine => 0.5 * (1.0 - libm::cos(std::f64::consts::PI * place)),
+            Waveform::RectifiedSine => 0.5 * (1.0 - libm::cos(PI * place)),
             Waveform::Pwm { duty } => lesser(greater(place, 0.0), duty) / duty,
         }
     }
@@ -159,14 +156,12 @@ mod tests {
                     let t_s = start_s + length_s * (f64::from(step) + 0.5) / f64::from(steps);
                     sum += flicker.mixed(flicker.at(flicker.place(t_s).1));
                 }
-                let level = f64::from(flicker.level(Span { start_s, end_s: start_s + length_s }));
+                let level = flicker.level(Span { start_s, end_s: start_s + length_s });
                 // Midpoints: a step at a PWM edge (up to 20 edges, of height 3.3) errs by half a step each; smooth parts by 1e-9.
-                assert!(
-                    (level - sum / f64::from(steps)).abs() < 20.0 * 3.4 / 40_000.0,
-                    "{waveform:?} {start_s} {level}"
-                );
+                let error = (f64::from(level) - sum / f64::from(steps)).abs();
+                assert!(error < 20.0 * 3.4 / 40_000.0, "{waveform:?} {start_s} {level}");
                 let [least, greatest] = flicker.bounds();
-                assert!(flicker.level(Span { start_s, end_s: start_s + length_s }) <= greatest + 1e-6);
+                assert!(level <= greatest + 1e-6);
                 assert!(flicker.level(Span { start_s, end_s: start_s }) >= least - 1e-6);
                 tried += 1;
             }

@@ -30,15 +30,14 @@ use super::source::Read;
 use crate::error::Error;
 use buffers::Buffers;
 pub(super) use content::Content;
-pub use content::{Files, Notes};
+pub use content::Notes;
 
 impl Scene {
     /// Reads a binary glTF file that needs no others, unchanged: no sky, lamps as strong as stated. `name` is its name in messages. Gives
     /// `Error::Content` with the file's name, what is wrong with it and where.
     pub fn from_glb(name: &str, bytes: &[u8]) -> Result<Self, Error> {
         Self::from_gltf_in(name, bytes, &FileUnits::default(), &Surroundings::default(), &|file| {
-            let reason = "is outside the file; use a .glb with everything embedded".to_owned();
-            Err(Error::Content { file: file.to_owned(), reason })
+            Err(Error::content(file, "is outside the file; use a .glb with everything embedded"))
         })
     }
 
@@ -54,9 +53,8 @@ impl Scene {
         let content = content_in(name, bytes, units, read)?;
         let mut mesh = content.mesh;
         if mesh.triangles.is_empty() && !content.moving.is_empty() {
-            let reason =
-                "its animation moves all of it; use it as a [[scene.object]] in a scene that stands".to_owned();
-            return Err(Error::Content { file: name.to_owned(), reason });
+            let reason = "its animation moves all of it; use it as a [[scene.object]] in a scene that stands";
+            return Err(Error::content(name, reason));
         }
         surroundings.furnish(&mut mesh);
         let mut scene = Self::new(name, mesh, super::light::with_infrared(surroundings.sky))?;
@@ -86,8 +84,8 @@ impl Scene {
 
 fn content_in(name: &str, bytes: &[u8], units: &FileUnits, read: Read<'_>) -> Result<Content, Error> {
     let folder = name.rsplit_once('/').map_or(String::new(), |(folder, _)| format!("{folder}/"));
-    let files = Files { read: &|file: &str| read(&format!("{folder}{file}")) };
-    content(bytes, units, &files).map_err(|reason| Error::Content { file: name.to_owned(), reason })
+    let read = |file: &str| read(&format!("{folder}{file}"));
+    content(bytes, units, &read).map_err(|reason| Error::content(name, reason))
 }
 
 fn moving_scenes(parts: Vec<content::MovingPart>) -> Result<Vec<MovingScene>, Error> {
@@ -97,15 +95,15 @@ fn moving_scenes(parts: Vec<content::MovingPart>) -> Result<Vec<MovingScene>, Er
     parts.into_iter().map(scene).collect()
 }
 
-fn content(bytes: &[u8], units: &FileUnits, files: &Files<'_>) -> Result<Content, String> {
+fn content(bytes: &[u8], units: &FileUnits, read: Read<'_>) -> Result<Content, String> {
     let container = container::open(bytes)?;
     let (mut mesh, mut notes) = (Mesh::default(), Notes::default());
     for name in &container.ignored {
         notes.add(format!("the extension {name} is not read"));
     }
-    let buffers = Buffers::of(&container.document, container.binary, files)?;
+    let buffers = Buffers::of(&container.document, container.binary, read)?;
     let tracks = animation::read(&container.document, &buffers, &mut notes)?;
-    let kinds = material::read_all(&container.document, &buffers, files, &container.unread, &mut mesh, &mut notes)?;
+    let kinds = material::read_all(&container.document, &buffers, read, &container.unread, &mut mesh, &mut notes)?;
     let scene =
         container.document.default_scene().or_else(|| container.document.scenes().next()).ok_or("it has no scene")?;
     let mut reader = reader::Reader::new(&container, &buffers, kinds, mesh, tracks, notes);

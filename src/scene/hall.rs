@@ -9,7 +9,7 @@
 mod furniture;
 mod plan;
 
-use super::build::{Builder, Opening, Surface, Wall};
+use super::build::{Builder, Opening, Wall, profile, strip};
 use super::mesh::{Mesh, Vertex};
 use super::pattern::{Masonry, coffers, ground, masonry};
 use super::texture::Texture;
@@ -64,20 +64,12 @@ pub fn hall(pictures: HallPictures) -> Mesh {
 }
 
 fn stuff(builder: &mut Builder, pictures: HallPictures) -> HallMaterials {
-    let ashlar = Masonry {
-        number: 21,
-        courses: 8,
-        stones: 4,
-        stone: [204, 194, 172],
-        joint: [150, 140, 120],
-        joint_px: 2,
-        spread: 12,
-        grain: 26,
-    };
+    let (stone, joint) = ([204, 194, 172], [150, 140, 120]);
+    let ashlar = Masonry { number: 21, courses: 8, stones: 4, stone, joint, joint_px: 2, spread: 12, grain: 26 };
     let marble = pictures.marble;
     let light = builder.surface("light slabs", [0.85, 0.83, 0.80], Some(marble.clone()), 1.7);
     let dark = builder.surface("dark slabs", [0.20, 0.23, 0.22], Some(marble.clone()), 1.7);
-    let [first, second] = pictures.cloth;
+    let [first, second] = pictures.cloth.map(Some);
     HallMaterials {
         stone: builder.surface("ashlar", [0.9; 3], Some(masonry(&ashlar)), 4.0),
         plaster: builder.surface("plaster", [0.9; 3], Some(ground(22, [214, 206, 190], 7, 34)), 3.0),
@@ -88,8 +80,8 @@ fn stuff(builder: &mut Builder, pictures: HallPictures) -> HallMaterials {
         wood: builder.surface("wood", [0.75; 3], Some(pictures.wood), 1.2),
         coffers: builder.surface("coffers", [0.9; 3], Some(coffers()), 4.0),
         banners: [
-            builder.surface("banner 1", [0.80, 0.34, 0.28], Some(first), 1.0),
-            builder.surface("banner 2", [0.30, 0.42, 0.70], Some(second), 1.0),
+            builder.surface("banner 1", [0.80, 0.34, 0.28], first, 1.0),
+            builder.surface("banner 2", [0.30, 0.42, 0.70], second, 1.0),
         ],
         lead: builder.surface("lead", [0.10, 0.10, 0.11], None, 1.0),
         pane: builder.glowing("panes", [0.94, 1.0, 1.12]),
@@ -103,19 +95,14 @@ fn floor(builder: &mut Builder, stuff: &HallMaterials) {
         for column in 0..16 {
             let (x, z) = (f32_from_i32(column - 8) * slab_m, f32_from_i32(row) * slab_m - HALF_LENGTH_M);
             let kind = stuff.slabs[usize::from((row + column) % 2 == 1)];
-            level(builder, kind, [x, x + slab_m], [z, z + slab_m]);
+            builder.level(kind, [x, x + slab_m], [z, z + slab_m], 0.0);
         }
     }
     let ends = [-HALF_LENGTH_M, HALF_LENGTH_M];
     for side in [-1.0_f32, 1.0] {
-        let strip = |a: f32, b: f32| if side < 0.0 { [-b, -a] } else { [a, b] };
-        level(builder, stuff.slabs[0], strip(6.4, 7.6), ends);
-        level(builder, stuff.tiles, strip(7.6, OUTER_M), ends);
+        builder.level(stuff.slabs[0], strip(side, 6.4, 7.6), ends, 0.0);
+        builder.level(stuff.tiles, strip(side, 7.6, OUTER_M), ends, 0.0);
     }
-}
-
-fn level(builder: &mut Builder, surface: Surface, [x0, x1]: [f32; 2], [z0, z1]: [f32; 2]) {
-    builder.quad(surface, [[x0, 0.0, z1], [x1, 0.0, z1], [x1, 0.0, z0], [x0, 0.0, z0]]);
 }
 
 /// The wall on the columns: arches, clerestory, mouldings.
@@ -153,7 +140,7 @@ fn arcade(builder: &mut Builder, stuff: &HallMaterials, side: f32) {
 
 /// Glass, and the lead that holds it.
 fn window(builder: &mut Builder, stuff: &HallMaterials, wall: &Wall, opening: &Opening, depth_m: f32) {
-    let [low, high] = [opening.middle_m - opening.half_m, opening.middle_m + opening.half_m];
+    let [low, high] = opening.span();
     let heights = [opening.sill_m, opening.top_m()];
     builder.face(stuff.pane, wall, [low, high], heights, depth_m);
     let behind = [depth_m - 0.09, depth_m - 0.05];
@@ -268,43 +255,21 @@ fn transverse_arch(builder: &mut Builder, stuff: &HallMaterials, side: f32, z_m:
 /// A column: plinth, Attic base, shaft with entasis, bell capital, abacus.
 fn column(builder: &mut Builder, stuff: &HallMaterials, [x, _, z]: [f32; 3]) {
     builder.block(stuff.moulding, [x - 0.66, 0.0, z - 0.66], [x + 0.66, 0.25, z + 0.66]);
-    let base = [
-        [0.60, 0.25],
-        [0.64, 0.28],
-        [0.655, 0.33],
-        [0.64, 0.38],
-        [0.60, 0.41],
-        [0.55, 0.43],
-        [0.52, 0.47],
-        [0.54, 0.52],
-        [0.56, 0.54],
-        [0.565, 0.58],
-        [0.55, 0.62],
-        [0.50, 0.64],
-        [0.46, 0.70],
-    ];
+    let base = profile(
+        [0.60, 0.64, 0.655, 0.64, 0.60, 0.55, 0.52, 0.54, 0.56, 0.565, 0.55, 0.50, 0.46],
+        [0.25, 0.28, 0.33, 0.38, 0.41, 0.43, 0.47, 0.52, 0.54, 0.58, 0.62, 0.64, 0.70],
+    );
     builder.turned(stuff.moulding, [x, 0.0, z], &base, 32);
     // Entasis: the radius falls with the square of the height, from 0.46 to 0.40 m.
-    let shaft: Vec<[f32; 2]> = (0..=8)
-        .map(|step| {
-            let share = f32_from_i32(step) / 8.0;
-            [0.46 - 0.06 * share * share, 0.70 + 2.9 * share]
-        })
-        .collect();
+    let shaft = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|step| {
+        let share = f32_from_i32(step) / 8.0;
+        [0.46 - 0.06 * share * share, 0.70 + 2.9 * share]
+    });
     builder.turned(stuff.column, [x, 0.0, z], &shaft, 32);
-    let capital = [
-        [0.40, 3.60],
-        [0.435, 3.62],
-        [0.445, 3.65],
-        [0.435, 3.68],
-        [0.40, 3.70],
-        [0.40, 3.78],
-        [0.42, 3.90],
-        [0.47, 4.02],
-        [0.55, 4.13],
-        [0.60, 4.18],
-        [0.60, 4.22],
-    ];
+    let capital = profile(
+        [0.40, 0.435, 0.445, 0.435, 0.40, 0.40, 0.42, 0.47, 0.55, 0.60, 0.60],
+        [3.60, 3.62, 3.65, 3.68, 3.70, 3.78, 3.90, 4.02, 4.13, 4.18, 4.22],
+    );
     builder.turned(stuff.moulding, [x, 0.0, z], &capital, 32);
     builder.block(stuff.moulding, [x - 0.62, 4.22, z - 0.62], [x + 0.62, SPRING_M, z + 0.62]);
 }
@@ -324,7 +289,7 @@ fn end_wall(builder: &mut Builder, stuff: &HallMaterials, end: f32) {
     window(builder, stuff, &wall, &great, 0.5);
     builder.on_wall(stuff.moulding, &wall, nave, [6.3, 6.5], [-0.2, 0.0]);
     for side in [-1.0_f32, 1.0] {
-        let aisle = if side < 0.0 { [-OUTER_M, -COLUMN_M] } else { [COLUMN_M, OUTER_M] };
+        let aisle = strip(side, COLUMN_M, OUTER_M);
         let middle_m = side * 0.5 * (COLUMN_M + HALF_WALL_M + OUTER_M);
         let tall = Opening { middle_m, half_m: 1.05, sill_m: 2.0, spring_m: 4.3, rise_m: 1.05 };
         builder.pierced([stuff.stone, stuff.plaster], &wall, aisle, [0.0, STRING_M], &tall, 0.5);

@@ -68,7 +68,8 @@ pub struct StreamParams {
 
 /// The pictures of one camera over time.
 pub struct ImageStream {
-    params: StreamParams,
+    /// What its files are and mean.
+    pub params: StreamParams,
     size: Size,
     /// Least and greatest value of each band, over the pictures of the run.
     range: [[f64; BANDS]; 2],
@@ -107,7 +108,7 @@ impl ImageStream {
                 stream.size = picture.size();
             }
             stream.survey(&stream.params.files[number].clone(), &picture)?;
-            progress(f64::from(crate::num::u32_from(number + 1 - first)) / f64_from_usize(count));
+            progress(f64_from_usize(number + 1 - first) / f64_from_usize(count));
         }
         stream.clipped_share /= f64_from_usize(count.max(1));
         Ok(stream)
@@ -116,40 +117,23 @@ impl ImageStream {
     fn survey(&mut self, file: &str, picture: &Picture) -> Result<(), Error> {
         let (size, own) = (self.size, picture.size());
         if own != size {
-            let reason = format!(
-                "has {} x {} px and the first picture {} x {}; use pictures of one size",
-                own.width_px, own.height_px, size.width_px, size.height_px
-            );
-            return Err(Error::Content { file: file.to_owned(), reason });
+            let own = format!("has {} x {} px", own.width_px, own.height_px);
+            let first = format!("the first picture {} x {}", size.width_px, size.height_px);
+            return Err(Error::content(file, format!("{own} and {first}; use pictures of one size")));
         }
         let [least, greatest] = picture.range();
         for band in 0..BANDS {
             self.range[0][band] = lesser(self.range[0][band], least[band]);
             self.range[1][band] = greater(self.range[1][band], greatest[band]);
         }
-        self.clipped_share += picture.clipped_share();
-        self.has_depth &= picture.depth_m().is_some();
+        self.clipped_share += picture.clipped_share;
+        self.has_depth &= picture.depth_m.is_some();
         Ok(())
     }
 
     /// Width and height of the pictures.
     pub fn size(&self) -> Size {
         self.size
-    }
-
-    /// What they were made with.
-    pub fn camera(&self) -> &PictureCamera {
-        &self.params.camera
-    }
-
-    /// Spectrum of white.
-    pub fn illuminant(&self) -> Illuminant {
-        self.params.illuminant
-    }
-
-    /// Lux-equivalents of the value 1.
-    pub fn white_lux(&self) -> f64 {
-        self.params.white_lux
     }
 
     /// Least and greatest light of any pixel of the run's pictures.
@@ -205,8 +189,8 @@ impl ImageStream {
         for (number, picture) in missing.iter().zip(decoded) {
             let picture = picture?;
             if picture.size() != self.size {
-                let reason = "has another size than when the run began".to_owned();
-                return Err(Error::Content { file: self.params.files[*number].clone(), reason });
+                let file = &self.params.files[*number];
+                return Err(Error::content(file, "has another size than when the run began"));
             }
             cache.push((*number, Arc::new(picture)));
         }
@@ -230,7 +214,7 @@ impl ImageStream {
     /// Depth of the picture nearest in time, on its own pixels; none where the pictures have none.
     pub fn depth_m(&self, t_s: f64) -> Result<Option<Plane<f32>>, Error> {
         let picture = &self.pictures(&[self.nearest(t_s)])?[0];
-        Ok(picture.depth_m().cloned())
+        Ok(picture.depth_m.clone())
     }
 }
 

@@ -187,6 +187,11 @@ impl Mesh {
         self.triangles[triangle].map(|corner| self.vertices[index(corner)].position_m)
     }
 
+    /// Area in square metres of the triangles from one on.
+    pub(super) fn area_from_m2(&self, first: usize) -> f64 {
+        (first..self.triangles.len()).fold(0.0, |sum, piece| sum + f64::from(area_m2(self.corners_m(piece))))
+    }
+
     /// Adds vertices and triangles (indices count from the first of `vertices`), repaired where that is harmless: triangles
     /// without area are dropped, the winding follows the normals, and a normal that is missing or not finite is made from the
     /// first triangle at its vertex. Says why where it cannot be repaired: a position that is not finite, an index out of
@@ -292,8 +297,7 @@ impl Mesh {
                 material.cut_out = material
                     .cut_out
                     .map(|cut_out| taken_over(cut_out, &self.cut_outs, &mut part.cut_outs, &mut cut_outs));
-                part.materials.push(material);
-                u32_from(part.materials.len() - 1)
+                pushed(&mut part.materials, material)
             });
             part.triangles.push(corners);
             part.material_of.push(material);
@@ -302,12 +306,15 @@ impl Mesh {
     }
 }
 
+/// Adds an item to a list and gives its number.
+pub(super) fn pushed<T>(list: &mut Vec<T>, item: T) -> u32 {
+    list.push(item);
+    u32_from(list.len() - 1)
+}
+
 /// The number in another list of an entry of one, which is copied where it is not there yet.
 fn taken_over<T: Clone>(number: u32, from: &[T], to: &mut Vec<T>, known: &mut BTreeMap<u32, u32>) -> u32 {
-    *known.entry(number).or_insert_with(|| {
-        to.push(from[index(number)].clone());
-        u32_from(to.len() - 1)
-    })
+    *known.entry(number).or_insert_with(|| pushed(to, from[index(number)].clone()))
 }
 
 fn in_range(coordinate_m: f32) -> bool {

@@ -69,18 +69,13 @@ pub fn coffers() -> Texture {
         let (dx, dy) = (middle(x), middle(y));
         let ring = dx.abs().max(dy.abs());
         let boss = dx * dx + dy * dy;
-        let shade = if ring > 54 {
-            38
-        } else if ring > 50 {
-            -50
-        } else if ring > 40 {
-            12
-        } else if ring > 37 {
-            -62
-        } else if boss < 120 || (196..324).contains(&boss) {
-            64
-        } else {
-            -28
+        let shade = match (ring, boss) {
+            (55.., _) => 38,
+            (51.., _) => -50,
+            (41.., _) => 12,
+            (38.., _) => -62,
+            (_, ..120 | 196..324) => 64,
+            _ => -28,
         };
         [168, 146, 112].map(|code| code + shade + cloud(key, x, y) / 8)
     })
@@ -125,14 +120,13 @@ pub fn leaves(number: u64) -> (Texture, CutOut) {
             for dx in -36..=36 {
                 let (along, across) = (dx * ax + dy * ay, dx * ay - dy * ax);
                 let (u, v) = (along * 1000 / length2, across * 1000 / length2);
-                if u * u / 1000 + v.abs() * 2600 / 1000 > 1000
-                    || !(0..edge).contains(&(cx + dx))
-                    || !(0..edge).contains(&(cy + dy))
-                {
+                let (x, y) = (cx + dx, cy + dy);
+                let is_inside = (0..edge).contains(&x) && (0..edge).contains(&y);
+                if u * u / 1000 + v.abs() * 2600 / 1000 > 1000 || !is_inside {
                     continue;
                 }
                 let rib = if v.abs() < 40 { 30 } else { v.abs() / 20 - 10 };
-                let place = usize::try_from((cy + dy) * edge + cx + dx).expect("within the picture");
+                let place = usize::try_from(y * edge + x).expect("within the picture");
                 codes[place] = [66, 104, 38].map(|code| u8_clipped(code + tint + rib));
                 coverage[place] = 255;
             }
@@ -180,12 +174,8 @@ mod tests {
     #[test]
     fn leaves_are_about_half_holes_and_every_texel_agrees_with_its_hole() {
         let (picture, holes) = leaves(1);
-        let open = (0..64 * 64_u32)
-            .filter(|at| {
-                let uv = [at % 64, at / 64].map(|k| (crate::num::f32_from_u32(k) + 0.5) / 64.0);
-                holes.is_open(uv, || 1.0, || 0.0)
-            })
-            .count();
+        let uv = |at: u32| [at % 64, at / 64].map(|k| (crate::num::f32_from_u32(k) + 0.5) / 64.0);
+        let open = (0..64 * 64).filter(|&at| holes.is_open(uv(at), || 1.0, || 0.0)).count();
         // 240 leaves of about 600 texels, overlapping: cover is between a fifth and four fifths.
         assert!((820..3280).contains(&open), "{open} of 4096 are holes");
         let mean = picture.mean();

@@ -89,20 +89,19 @@ pub fn best(scene: &Scene, count: usize) -> Vec<CameraView> {
         judged(scene, &extent, &view.name, view.world_from_camera, fov_rad)
     };
     let mut chosen: Vec<CameraView> = scene.viewpoints.iter().map(named).filter(|view| view.score > 0.0).collect();
-    chosen.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let by_score = |a: &CameraView, b: &CameraView| b.score.total_cmp(&a.score);
+    chosen.sort_by(by_score);
     chosen.truncate(count);
     let [mut inside, mut around] = [inside(&extent), around(&extent)].map(|poses| {
         let of = |number: usize| judged(scene, &extent, "found", poses[number], FOV_RAD);
         crate::parallel::collected(poses.len(), of)
     });
-    let by_score = |a: &CameraView, b: &CameraView| b.score.total_cmp(&a.score);
     let is_room = extent.size_m().min_element() > ROOM_M && encloses(&inside);
-    let is_place = is_room || has_floor(scene, &extent);
     inside.sort_by(by_score);
     around.sort_by(by_score);
     let mut found = around;
     found.append(&mut inside);
-    if is_place {
+    if is_room || has_floor(scene, &extent) {
         found.sort_by(by_score);
     }
     let apart_m = 0.2 * extent.size_m().length();
@@ -138,6 +137,11 @@ fn encloses(inside: &[CameraView]) -> bool {
 /// Least width of what one walks over, in metres.
 const FLOOR_M: f64 = 3.0;
 
+/// Middle of a part of so many, as a share of the whole.
+fn middle(number: usize, of: usize) -> f64 {
+    (f64_from_usize(number) + 0.5) / f64_from_usize(of)
+}
+
 /// Whether a surface fills the bounds as seen from above, and is wide enough to walk over.
 fn has_floor(scene: &Scene, extent: &SceneBox) -> bool {
     let size_m = extent.size_m();
@@ -147,11 +151,10 @@ fn has_floor(scene: &Scene, extent: &SceneBox) -> bool {
     let top_m = extent.greatest_m.y + 0.1 * size_m.length();
     let (mut met, mut stack) = (0, Stack::new());
     for row in 0..LANES {
-        let share = |number: usize| (f64_from_usize(number) + 0.5) / f64_from_usize(LANES);
         let above = Pose::new(DQuat::IDENTITY, DVec3::ZERO);
         let mut packet = packet_of(&above, |_| DVec3::NEG_Y);
         for column in 0..LANES {
-            let at_m = extent.least_m + DVec3::new(share(column), 0.0, share(row)) * size_m;
+            let at_m = extent.least_m + DVec3::new(middle(column, LANES), 0.0, middle(row, LANES)) * size_m;
             packet.origin_m[0].0[column] = f32_nearest(at_m.x);
             packet.origin_m[1].0[column] = f32_nearest(top_m);
             packet.origin_m[2].0[column] = f32_nearest(at_m.z);
@@ -168,12 +171,9 @@ fn inside(extent: &SceneBox) -> Vec<Pose> {
     for x in 0..INSIDE[0] {
         for y in 0..INSIDE[1] {
             for z in 0..INSIDE[2] {
-                let share = |number: usize, of: usize| (f64_from_usize(number) + 0.5) / f64_from_usize(of);
-                let at = DVec3::new(share(x, INSIDE[0]), share(y, INSIDE[1]), share(z, INSIDE[2]));
+                let at = DVec3::new(middle(x, INSIDE[0]), middle(y, INSIDE[1]), middle(z, INSIDE[2]));
                 let place_m = extent.least_m + at * extent.size_m();
-                for turn in 0..TURNS {
-                    poses.push(Pose::new(looking(turn_rad(turn), 0.0), place_m));
-                }
+                poses.extend((0..TURNS).map(|turn| Pose::new(looking(turn_rad(turn), 0.0), place_m)));
             }
         }
     }
@@ -187,11 +187,9 @@ fn around(extent: &SceneBox) -> Vec<Pose> {
     let distance_m = radius_m / libm::sin(libm::atan(HEIGHT * libm::tan(0.5 * FOV_RAD)));
     let mut poses = Vec::new();
     for elevation_deg in ELEVATIONS_DEG {
-        let elevation_rad = elevation_deg.to_radians();
         for turn in 0..TURNS {
-            let orientation = looking(turn_rad(turn), -elevation_rad);
-            let ahead = orientation * DVec3::Z;
-            poses.push(Pose::new(orientation, middle_m - ahead * distance_m));
+            let orientation = looking(turn_rad(turn), -elevation_deg.to_radians());
+            poses.push(Pose::new(orientation, middle_m - orientation * DVec3::Z * distance_m));
         }
     }
     poses
@@ -270,16 +268,8 @@ pub fn judged(
     let variety = libm::log2(1.0 + f64_from_usize(materials.len())).min(4.0);
     let is_seen = covered > 0.02 && behind < 0.05 && !is_near;
     let score = if is_seen { covered * (1.0 + depth) * (1.0 + variety) } else { 0.0 };
-    CameraView {
-        name: name.to_owned(),
-        world_from_camera,
-        horizontal_fov_rad,
-        covered,
-        behind,
-        nearest_m,
-        median_m: at(0.5),
-        score,
-    }
+    let (name, median_m) = (name.to_owned(), at(0.5));
+    CameraView { name, world_from_camera, horizontal_fov_rad, covered, behind, nearest_m, median_m, score }
 }
 
 #[cfg(test)]
@@ -318,9 +308,8 @@ mod tests {
     #[test]
     fn a_level_camera_looks_along_minus_z_with_y_down() {
         let level = looking(0.0, 0.0);
-        assert!(
-            (level * DVec3::Z - DVec3::NEG_Z).length() < 1e-12 && (level * DVec3::Y - DVec3::NEG_Y).length() < 1e-12
-        );
+        assert!((level * DVec3::Z - DVec3::NEG_Z).length() < 1e-12);
+        assert!((level * DVec3::Y - DVec3::NEG_Y).length() < 1e-12);
         let up = looking(0.0, 0.3) * DVec3::Z;
         assert!(up.y > 0.29, "{up}");
         // A quarter turn to the left looks along -x.

@@ -1,6 +1,8 @@
 //! Walls with openings. Builds the wall around a window, door or arch, its reveal, and the mouldings along its arch.
 
 use super::super::mesh::Vertex;
+use super::super::target::cube;
+use super::super::vectors::{dot, unit_normal};
 use super::surface::{Builder, Surface, world_uv};
 use crate::num::f32_from_u32;
 
@@ -50,8 +52,7 @@ impl Opening {
     /// Points of the head from its low to its high end along the wall, with the unit normal that points into the opening.
     fn head(&self) -> Vec<([f32; 2], [f32; 2])> {
         if self.rise_m <= 0.0 {
-            let [low, high] = [self.middle_m - self.half_m, self.middle_m + self.half_m];
-            return [low, high].map(|along| ([along, self.spring_m], [0.0, -1.0])).to_vec();
+            return self.span().map(|along| ([along, self.spring_m], [0.0, -1.0])).to_vec();
         }
         let pieces = HEAD_PIECES[usize::from(self.half_m < 0.8)];
         let point = |piece: u32| {
@@ -65,6 +66,11 @@ impl Opening {
         (0..=pieces).map(point).collect()
     }
 
+    /// Its low and its high end along the wall.
+    pub fn span(&self) -> [f32; 2] {
+        [self.middle_m - self.half_m, self.middle_m + self.half_m]
+    }
+
     /// Height of its highest point.
     pub fn top_m(&self) -> f32 {
         self.spring_m + self.rise_m
@@ -76,8 +82,8 @@ impl Builder {
     pub fn face(&mut self, surface: Surface, wall: &Wall, [a, b]: [f32; 2], [low, high]: [f32; 2], behind_m: f32) {
         let mut corners_m = [[a, low], [b, low], [b, high], [a, high]].map(|[s, y]| wall.at(s, y, behind_m));
         // Counter-clockwise from the front, whichever way the wall runs.
-        let normal = super::super::vectors::unit_normal([corners_m[0], corners_m[1], corners_m[2]]);
-        if normal.is_some_and(|normal| super::super::vectors::dot(normal, wall.out) < 0.0) {
+        let normal = unit_normal([corners_m[0], corners_m[1], corners_m[2]]);
+        if normal.is_some_and(|normal| dot(normal, wall.out) < 0.0) {
             corners_m.reverse();
         }
         self.quad(surface, corners_m);
@@ -89,9 +95,9 @@ impl Builder {
         let least: [f32; 3] = [0, 1, 2].map(|axis| p[axis].min(q[axis]));
         let greatest: [f32; 3] = [0, 1, 2].map(|axis| p[axis].max(q[axis]));
         // What touches the wall is never seen: the face that looks into it is left out.
-        for corners_m in super::super::target::cube(least, greatest, false) {
-            let normal = super::super::vectors::unit_normal([corners_m[0], corners_m[1], corners_m[2]]);
-            if normal.is_none_or(|normal| super::super::vectors::dot(normal, wall.out) > -0.5) {
+        for corners_m in cube(least, greatest, false) {
+            let normal = unit_normal([corners_m[0], corners_m[1], corners_m[2]]);
+            if normal.is_none_or(|normal| dot(normal, wall.out) > -0.5) {
                 self.quad(surface, corners_m);
             }
         }
@@ -107,29 +113,34 @@ impl Builder {
         opening: &Opening,
         depth_m: f32,
     ) {
-        let [low, high] = [opening.middle_m - opening.half_m, opening.middle_m + opening.half_m];
+        let [low, high] = opening.span();
         self.face(face, wall, [span[0], low], heights, 0.0);
         self.face(face, wall, [high, span[1]], heights, 0.0);
         self.face(face, wall, [low, high], [heights[0], opening.sill_m], 0.0);
         for pair in opening.head().windows(2) {
             let ([(a, _), (b, _)], top) = ([pair[0], pair[1]], heights[1]);
-            let corners = [a, b, [b[0], top], [a[0], top]];
-            let vertices = corners.map(|[s, y]| {
-                let position_m = wall.at(s, y, 0.0);
-                Vertex { position_m, normal: wall.out, uv: world_uv(position_m, wall.out, face.tile_m) }
-            });
-            self.add(face, &vertices, &[[0, 1, 2], [0, 2, 3]]);
+            self.piece(face, wall, [a, b, [b[0], top], [a[0], top]], 0.0);
         }
         self.reveal(reveal, wall, opening, depth_m);
     }
 
+    /// A quadrangle of a wall's face by its corners.
+    fn piece(&mut self, surface: Surface, wall: &Wall, corners: [[f32; 2]; 4], behind_m: f32) {
+        let vertices = corners.map(|[s, y]| {
+            let position_m = wall.at(s, y, behind_m);
+            Vertex { position_m, normal: wall.out, uv: world_uv(position_m, wall.out, surface.tile_m) }
+        });
+        self.add(surface, &vertices, &[[0, 1, 2], [0, 2, 3]]);
+    }
+
     /// The inside of an opening: jambs, head, and sill where it has one above the floor.
     fn reveal(&mut self, surface: Surface, wall: &Wall, opening: &Opening, depth_m: f32) {
-        let mut outline = vec![];
-        let [low, high] = [opening.middle_m - opening.half_m, opening.middle_m + opening.half_m];
-        outline.push([([low, opening.sill_m], [1.0, 0.0]), ([low, opening.spring_m], [1.0, 0.0])]);
-        outline.push([([high, opening.sill_m], [-1.0, 0.0]), ([high, opening.spring_m], [-1.0, 0.0])]);
-        outline.push([([low, opening.sill_m], [0.0, 1.0]), ([high, opening.sill_m], [0.0, 1.0])]);
+        let ([low, high], &Opening { sill_m, spring_m, .. }) = (opening.span(), opening);
+        let mut outline = vec![
+            [([low, sill_m], [1.0, 0.0]), ([low, spring_m], [1.0, 0.0])],
+            [([high, sill_m], [-1.0, 0.0]), ([high, spring_m], [-1.0, 0.0])],
+            [([low, sill_m], [0.0, 1.0]), ([high, sill_m], [0.0, 1.0])],
+        ];
         outline.extend(opening.head().windows(2).map(|pair| [pair[0], pair[1]]));
         self.strips(surface, wall, &outline, [0.0, depth_m]);
     }
@@ -160,18 +171,11 @@ impl Builder {
         let inner = opening.head();
         let outer = Opening { half_m: opening.half_m + width_m, rise_m: opening.rise_m + width_m, ..*opening }.head();
         for (near, far) in inner.windows(2).zip(outer.windows(2)) {
-            let corners = [near[0].0, near[1].0, far[1].0, far[0].0];
-            let vertices = corners.map(|[s, y]| {
-                let position_m = wall.at(s, y, -out_m);
-                Vertex { position_m, normal: wall.out, uv: world_uv(position_m, wall.out, surface.tile_m) }
-            });
-            self.add(surface, &vertices, &[[0, 1, 2], [0, 2, 3]]);
+            self.piece(surface, wall, [near[0].0, near[1].0, far[1].0, far[0].0], -out_m);
         }
         let pieces = |points: &[([f32; 2], [f32; 2])], turn: f32| -> Vec<_> {
-            points
-                .windows(2)
-                .map(|pair| [pair[0], pair[1]].map(|(at, normal)| (at, normal.map(|n| n * turn))))
-                .collect()
+            let turned = |(at, normal): ([f32; 2], [f32; 2])| (at, normal.map(|part| part * turn));
+            points.windows(2).map(|pair| [pair[0], pair[1]].map(turned)).collect()
         };
         self.strips(surface, wall, &pieces(&inner, 1.0), [-out_m, 0.0]);
         self.strips(surface, wall, &pieces(&outer, -1.0), [-out_m, 0.0]);

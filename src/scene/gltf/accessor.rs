@@ -1,7 +1,6 @@
 //! Reads numbers from a glTF file's buffers, through dense or sparse accessors, into checked lists.
 
 use gltf::Accessor;
-use gltf::accessor::sparse::IndexType;
 use gltf::accessor::{DataType, Dimensions};
 
 use super::buffers::Buffers;
@@ -10,15 +9,6 @@ use crate::num::index;
 
 /// Greatest number of elements of one accessor without bytes in the file: as many vertices as a scene may have.
 const ELEMENTS_MAX: usize = 3 * TRIANGLES_MAX;
-
-/// Bytes of one number.
-const fn bytes_of(kind: DataType) -> usize {
-    match kind {
-        DataType::I8 | DataType::U8 => 1,
-        DataType::I16 | DataType::U16 => 2,
-        DataType::U32 | DataType::F32 => 4,
-    }
-}
 
 /// A number, brought to the range of -1 to 1 or 0 to 1 where the accessor says that it is a share.
 fn number(word: &[u8], kind: DataType, is_share: bool) -> f32 {
@@ -47,10 +37,8 @@ impl Buffers<'_> {
         let last = count.saturating_sub(1).checked_mul(stride).and_then(|last| last.checked_add(offset));
         let end = last.and_then(|last| last.checked_add(bytes)).filter(|&end| end <= data.len() && stride >= bytes);
         if end.is_none() && count > 0 {
-            return Err(format!(
-                "{what} needs {count} elements of {bytes} bytes every {stride}, its view has {} bytes",
-                data.len()
-            ));
+            let needed = format!("{count} elements of {bytes} bytes every {stride}");
+            return Err(format!("{what} needs {needed}, its view has {} bytes", data.len()));
         }
         let start = move |number: usize| offset + number * stride;
         Ok((0..count).map(move |number| &data[start(number)..start(number) + bytes]))
@@ -75,11 +63,7 @@ impl Buffers<'_> {
         };
         if let Some(sparse) = accessor.sparse() {
             let (places, values) = (sparse.indices(), sparse.values());
-            let width = match places.index_type() {
-                IndexType::U8 => 1,
-                IndexType::U16 => 2,
-                IndexType::U32 => 4,
-            };
+            let width = places.index_type().size();
             let what = format!("{what}'s sparse part");
             let places = self.spaced(&what, &places.view(), places.offset(), sparse.count(), width)?;
             let values = self.spaced(&what, &values.view(), values.offset(), sparse.count(), bytes)?;
@@ -99,7 +83,7 @@ impl Buffers<'_> {
             let (found, wanted) = (format!("{:?} of {kind:?}", accessor.dimensions()), dimensions[N - 1]);
             return Err(format!("accessor {} holds {found}; use {wanted:?} of F32", accessor.index()));
         }
-        let bytes = bytes_of(kind);
+        let bytes = kind.size();
         let is_share = accessor.normalized();
         let vector = |e: &[u8]| std::array::from_fn(|at| number(&e[at * bytes..(at + 1) * bytes], kind, is_share));
         self.elements(accessor, N * bytes, vector)
@@ -108,12 +92,12 @@ impl Buffers<'_> {
     /// Indices of 8, 16 or 32 bits.
     pub fn indices(&self, accessor: &Accessor<'_>) -> Result<Vec<u32>, String> {
         let kind = accessor.data_type();
-        if !matches!(kind, DataType::U8 | DataType::U16 | DataType::U32) || accessor.dimensions() != Dimensions::Scalar
-        {
+        let is_unsigned = matches!(kind, DataType::U8 | DataType::U16 | DataType::U32);
+        if !is_unsigned || accessor.dimensions() != Dimensions::Scalar {
             let found = format!("indices as {:?} of {kind:?}", accessor.dimensions());
             return Err(format!("accessor {} holds {found}; use unsigned scalars", accessor.index()));
         }
-        self.elements(accessor, bytes_of(kind), little_endian)
+        self.elements(accessor, kind.size(), little_endian)
     }
 }
 

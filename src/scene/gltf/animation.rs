@@ -31,22 +31,19 @@ pub fn read(document: &gltf::Document, buffers: &Buffers<'_>, notes: &mut Notes)
         for channel in animation.channels() {
             let node = channel.target().node();
             let whose = node.name().map_or_else(|| format!("node {}", node.index()), |name| format!("'{name}'"));
-            let left_out = match channel.target().property() {
-                Property::Scale if is_constant(&channel, buffers) => continue,
-                Property::Scale => Some("scale"),
-                Property::MorphTargetWeights => Some("morph weights"),
-                Property::Translation | Property::Rotation => None,
-            };
-            if let Some(what) = left_out {
-                left.entry(what).or_default().push(whose);
-                continue;
-            }
             let refused = |reason: String| format!("animation {name}, {whose}: {reason}");
-            let of_node = tracks.entry(node.index()).or_default();
-            if channel.target().property() == Property::Translation {
-                of_node.translation = Some(track::<3>(&channel, buffers).map_err(refused)?);
-            } else {
-                of_node.rotation = Some(track::<4>(&channel, buffers).map_err(refused)?);
+            match channel.target().property() {
+                Property::Scale if is_constant(&channel, buffers) => {}
+                Property::Scale => left.entry("scale").or_default().push(whose),
+                Property::MorphTargetWeights => left.entry("morph weights").or_default().push(whose),
+                Property::Translation => {
+                    let track = track(&channel, buffers).map_err(refused)?;
+                    tracks.entry(node.index()).or_default().translation = Some(track);
+                }
+                Property::Rotation => {
+                    let track = track(&channel, buffers).map_err(refused)?;
+                    tracks.entry(node.index()).or_default().rotation = Some(track);
+                }
             }
         }
         for (what, nodes) in left {

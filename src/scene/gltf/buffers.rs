@@ -7,16 +7,14 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use gltf::buffer::{Source, View};
 
-use super::content::Files;
+use super::super::source::Read;
 
-/// All buffers of a file.
 pub struct Buffers<'a> {
     buffers: Vec<Cow<'a, [u8]>>,
 }
 
 impl<'a> Buffers<'a> {
-    /// Fetches all buffers.
-    pub fn of(document: &gltf::Document, binary: &'a [u8], files: &Files<'_>) -> Result<Self, String> {
+    pub fn of(document: &gltf::Document, binary: &'a [u8], read: Read<'_>) -> Result<Self, String> {
         let mut buffers = Vec::new();
         for buffer in document.buffers() {
             let number = buffer.index();
@@ -26,14 +24,13 @@ impl<'a> Buffers<'a> {
                     return Err(format!("buffer {number} has no uri; only the first may lie in the file itself"));
                 }
                 Source::Uri(uri) => {
-                    Cow::Owned(fetched(uri, files).map_err(|reason| format!("buffer {number}: {reason}"))?)
+                    Cow::Owned(fetched(uri, read).map_err(|reason| format!("buffer {number}: {reason}"))?)
                 }
             });
         }
         Ok(Self { buffers })
     }
 
-    /// Bytes of a view.
     pub fn view(&self, view: &View<'_>) -> Result<&[u8], String> {
         let buffer = &self.buffers[view.buffer().index()];
         let end = view.offset().checked_add(view.length()).filter(|&end| end <= buffer.len());
@@ -46,7 +43,7 @@ impl<'a> Buffers<'a> {
 }
 
 /// The bytes that a URI names: embedded, or of a file in the scene's folder.
-pub fn fetched(uri: &str, files: &Files<'_>) -> Result<Vec<u8>, String> {
+pub fn fetched(uri: &str, read: Read<'_>) -> Result<Vec<u8>, String> {
     if let Some(data) = uri.strip_prefix("data:") {
         let (kind, encoded) = data.split_once(',').ok_or("a data: uri has a comma")?;
         if !kind.ends_with(";base64") {
@@ -54,8 +51,7 @@ pub fn fetched(uri: &str, files: &Files<'_>) -> Result<Vec<u8>, String> {
         }
         return STANDARD.decode(encoded).map_err(|error| format!("its data: uri is not base64: {error}"));
     }
-    let name = inside(uri)?;
-    (files.read)(&name).map_err(|error| error.to_string())
+    read(&inside(uri)?).map_err(|error| error.to_string())
 }
 
 /// The path that a relative URI names, percent-decoded.

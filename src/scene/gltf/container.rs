@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use gltf::json::Image;
 use gltf::json::accessor::sparse::{Indices, Sparse, Values};
 use gltf::json::accessor::{ComponentType, IndexComponentType};
-use gltf::json::extensions::scene::khr_lights_punctual::Type;
+use gltf::json::extensions::scene::khr_lights_punctual::{Light, Type};
 use gltf::json::validation::{Checked, USize64};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -31,10 +32,8 @@ const REMEDIES: [(&str, &str); 5] = [
 
 /// Whether a file without this extension shows the same surfaces, if not in the same look.
 fn is_look(name: &str) -> bool {
-    ["KHR_materials_", "EXT_materials_", "ADOBE_materials_", "MSFT_materials_"]
-        .iter()
-        .any(|start| name.starts_with(start))
-        || matches!(name, "KHR_xmp_json_ld" | "KHR_animation_pointer")
+    let starts = ["KHR_materials_", "EXT_materials_", "ADOBE_materials_", "MSFT_materials_"];
+    starts.iter().any(|start| name.starts_with(start)) || matches!(name, "KHR_xmp_json_ld" | "KHR_animation_pointer")
 }
 
 /// Why a file cannot be read without an extension, and what to do.
@@ -65,8 +64,8 @@ pub struct Container<'a> {
 struct Outline {
     extensions_used: Vec<String>,
     extensions_required: Vec<String>,
-    nodes: Vec<OutlineNode>,
-    materials: Vec<Extended>,
+    nodes: Vec<Extended<NodeExtensions>>,
+    materials: Vec<Extended<Names>>,
     textures: Vec<OutlineTexture>,
     meshes: Vec<OutlineMesh>,
     accessors: Vec<OutlineAccessor>,
@@ -75,15 +74,17 @@ struct Outline {
 /// Something with extensions.
 #[derive(Deserialize, Default)]
 #[serde(default)]
-struct Extended {
-    extensions: BTreeMap<String, IgnoredAny>,
+struct Extended<E> {
+    extensions: E,
 }
+
+type Names = BTreeMap<String, IgnoredAny>;
 
 #[derive(Deserialize, Default)]
 #[serde(default)]
 struct OutlineTexture {
     source: Option<u64>,
-    extensions: BTreeMap<String, IgnoredAny>,
+    extensions: Names,
 }
 
 #[derive(Deserialize, Default)]
@@ -96,7 +97,7 @@ struct OutlineMesh {
 #[serde(default)]
 struct OutlinePrimitive {
     attributes: BTreeMap<String, usize>,
-    extensions: BTreeMap<String, IgnoredAny>,
+    extensions: Names,
 }
 
 #[derive(Deserialize, Default)]
@@ -126,13 +127,7 @@ impl Outline {
 
 #[derive(Deserialize, Default)]
 #[serde(default)]
-struct OutlineNode {
-    extensions: OutlineExtensions,
-}
-
-#[derive(Deserialize, Default)]
-#[serde(default)]
-struct OutlineExtensions {
+struct NodeExtensions {
     #[serde(rename = "EXT_mesh_gpu_instancing")]
     instancing: Option<Instancing>,
 }
@@ -164,7 +159,6 @@ fn not_gltf(error: &impl std::fmt::Display) -> String {
     format!("its JSON is not glTF 2.0: {shortened}{rest}")
 }
 
-/// Takes a file apart.
 pub fn open(bytes: &[u8]) -> Result<Container<'_>, String> {
     // JSON may begin with a byte order mark.
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
@@ -176,11 +170,8 @@ pub fn open(bytes: &[u8]) -> Result<Container<'_>, String> {
         return Err(refusal(missing));
     }
     let is_unread = |name: &String| !READ.contains(&name.as_str());
-    let unread: Vec<Vec<String>> = outline
-        .materials
-        .into_iter()
-        .map(|material| material.extensions.into_keys().filter(is_unread).collect())
-        .collect();
+    let unread_of = |material: Extended<Names>| material.extensions.into_keys().filter(is_unread).collect();
+    let unread: Vec<Vec<String>> = outline.materials.into_iter().map(unread_of).collect();
     let used = outline.extensions_used.into_iter().chain(outline.extensions_required);
     let mut ignored: Vec<String> =
         used.filter(|name| is_unread(name) && !unread.iter().flatten().any(|it| it == name)).collect();
@@ -200,18 +191,15 @@ fn document(json: &[u8]) -> Result<gltf::Document, String> {
     if let Some(bad) = attributes.find(|accessor| accessor.value() >= root.accessors.len()) {
         return Err(format!("an attribute names accessor {bad} of {}", root.accessors.len()));
     }
-    for (number, image) in root.images.iter().enumerate() {
-        let has_source = image.uri.is_some() || (image.buffer_view.is_some() && image.mime_type.is_some());
-        if !has_source {
-            return Err(format!("image {number} has neither a uri nor a bufferView with a mimeType"));
-        }
+    let has_source = |image: &Image| image.uri.is_some() || (image.buffer_view.is_some() && image.mime_type.is_some());
+    if let Some(number) = root.images.iter().position(|image| !has_source(image)) {
+        return Err(format!("image {number} has neither a uri nor a bufferView with a mimeType"));
     }
-    let lights = root.extensions.iter().flat_map(|known| &known.khr_lights_punctual).flat_map(|known| &known.lights);
-    for (number, light) in lights.enumerate() {
-        let is_spot = light.type_ == Checked::Valid(Type::Spot);
-        if is_spot && light.spot.is_none() {
-            return Err(format!("light {number} is a spot without a cone"));
-        }
+    let lights = root.extensions.iter().flat_map(|known| &known.khr_lights_punctual);
+    let mut lights = lights.flat_map(|known| &known.lights);
+    let is_open = |light: &Light| light.type_ == Checked::Valid(Type::Spot) && light.spot.is_none();
+    if let Some(number) = lights.position(is_open) {
+        return Err(format!("light {number} is a spot without a cone"));
     }
     if !root.buffer_views.is_empty() {
         let without_bytes = |it: &&mut gltf::json::Accessor| it.buffer_view.is_none() && it.sparse.is_none();
@@ -235,10 +223,9 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], &[u8]), String> {
     if !bytes.starts_with(b"glTF") {
         return Err("it is not a glTF file (a .glb starts with 'glTF', a .gltf with '{')".to_owned());
     }
-    let word = |at: usize| {
-        let word =
-            bytes.get(at..at + 4).ok_or_else(|| format!("it ends within its header, after {} bytes", bytes.len()))?;
-        Ok::<_, String>(crate::num::index(u32::from_le_bytes(word.try_into().expect("four bytes were taken"))))
+    let word = |at: usize| match bytes.get(at..).and_then(<[u8]>::first_chunk) {
+        Some(word) => Ok(crate::num::index(u32::from_le_bytes(*word))),
+        None => Err(format!("it ends within its header, after {} bytes", bytes.len())),
     };
     if word(4)? != 2 {
         return Err(format!("it is of version {}; use version 2", word(4)?));
@@ -246,24 +233,18 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], &[u8]), String> {
     if word(8)? > bytes.len() {
         return Err(format!("it is cut off: its header says {} bytes, it has {}", word(8)?, bytes.len()));
     }
-    let mut found: [Option<&[u8]>; 2] = [None, None];
-    let mut at = 12_usize;
+    let (mut json, mut binary, mut at) = (None, &[][..], 12_usize);
     while at < bytes.len() {
         let (length, kind) = (word(at)?, word(at + 4)?);
-        let end = (at + 8).checked_add(length).filter(|&end| end <= bytes.len());
-        let end = end.ok_or_else(|| {
-            format!("it is cut off: a chunk at byte {at} has {length} bytes, the file {}", bytes.len())
-        })?;
-        let place = match kind {
-            0x4E4F_534A => Some(0),
-            0x004E_4942 => Some(1),
-            _ => None,
+        let Some(end) = (at + 8).checked_add(length).filter(|&end| end <= bytes.len()) else {
+            return Err(format!("it is cut off: a chunk at byte {at} has {length} bytes, the file {}", bytes.len()));
         };
-        if let Some(place) = place {
-            found[place] = Some(&bytes[at + 8..end]);
+        match kind {
+            0x4E4F_534A => json = Some(&bytes[at + 8..end]),
+            0x004E_4942 => binary = &bytes[at + 8..end],
+            _ => {}
         }
         at = end;
     }
-    let json = found[0].ok_or("it has no JSON chunk")?;
-    Ok((json, found[1].unwrap_or(&[])))
+    Ok((json.ok_or("it has no JSON chunk")?, binary))
 }

@@ -3,13 +3,7 @@
 use super::super::animation::JointChain;
 use super::super::geometry::Viewpoint;
 use super::super::mesh::Mesh;
-use crate::scene::source::Read;
 use crate::text::sentence_shown;
-
-/// Files beside a glTF file.
-pub struct Files<'a> {
-    pub(super) read: Read<'a>,
-}
 
 /// Most sentences about one file.
 pub(super) const NOTES_MAX: usize = 100;
@@ -44,13 +38,11 @@ pub struct MovingPart {
     pub mesh: Mesh,
 }
 
-/// What a file holds.
 pub struct Content {
     /// Geometry and materials of what stands.
     pub mesh: Mesh,
     /// What the file's animation moves.
     pub moving: Vec<MovingPart>,
-    /// Cameras.
     pub viewpoints: Vec<Viewpoint>,
     /// What was left out or repaired.
     pub notes: Vec<String>,

@@ -9,9 +9,9 @@ use super::super::environment::Sun;
 use super::super::lamps::fixture::append_ball;
 use super::super::light::with_infrared;
 use super::super::mesh::Material;
-use super::super::vectors::area_m2;
+use super::pictures::share;
 use super::reader::Reader;
-use crate::num::f32_nearest;
+use crate::num::{f32_nearest, index};
 
 /// Radius of the lamps: a small bulb.
 const RADIUS_M: f32 = 0.03;
@@ -22,10 +22,6 @@ const PLACE_MAX_M: f64 = 0.9e6;
 /// Directional lights at most: every place aims rays at each.
 const DISTANT_MAX: usize = 64;
 
-fn colour(light: &Light<'_>) -> [f32; 3] {
-    light.color().map(|band| if band.is_finite() { band.clamp(0.0, 1.0) } else { 1.0 })
-}
-
 /// Puts a lamp where a light is; a directional one shines from beyond all surfaces, in lux.
 /// Units: glTF's candela and nits go together, so a ball of intensity I whose triangles have the area A,
 /// a quarter of which is seen in the mean of all directions, has the radiance 4 I / A. Fails on more triangles than a scene may have.
@@ -35,6 +31,7 @@ pub fn place(reader: &mut Reader<'_>, light: &Light<'_>, world_from_node: DMat4)
         reader.notes.add("lights without intensity are left out");
         return Ok(());
     }
+    let colour = light.color().map(|band| f64::from(share(band)));
     let forward = -world_from_node.z_axis.truncate().normalize_or(DVec3::NEG_Z);
     let cone = match light.kind() {
         Kind::Point => {
@@ -52,7 +49,7 @@ pub fn place(reader: &mut Reader<'_>, light: &Light<'_>, world_from_node: DMat4)
                 return Ok(());
             }
             reader.notes.add("directional lights are as wide as the sun, and are not seen themselves");
-            let normal_irradiance = with_infrared(colour(light).map(|band| f32_nearest(f64::from(band) * intensity)));
+            let normal_irradiance = with_infrared(colour.map(|band| f32_nearest(band * intensity)));
             let direction = (-forward).to_array().map(f32_nearest);
             reader.mesh.distant.push(Sun { direction, normal_irradiance });
             return Ok(());
@@ -69,14 +66,13 @@ pub fn place(reader: &mut Reader<'_>, light: &Light<'_>, world_from_node: DMat4)
     let material = reader.push(Material { bulb, double_sided: false, ..plain });
     let first = reader.mesh.triangles.len();
     append_ball(&mut reader.mesh, material, centre_m, RADIUS_M);
-    let area_m2 = (first..reader.mesh.triangles.len())
-        .fold(0.0, |sum, piece| sum + f64::from(area_m2(reader.mesh.corners_m(piece))));
+    let area_m2 = reader.mesh.area_from_m2(first);
     if area_m2 <= 0.0 {
         reader.notes.add("a light too far away for its size is left out");
         return Ok(());
     }
     let radiance = 4.0 * intensity / area_m2;
-    let emission = with_infrared(colour(light).map(|band| f32_nearest(f64::from(band) * radiance)));
-    reader.mesh.materials[crate::num::index(material)].emission = emission;
+    let emission = with_infrared(colour.map(|band| f32_nearest(band * radiance)));
+    reader.mesh.materials[index(material)].emission = emission;
     Ok(())
 }

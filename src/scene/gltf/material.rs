@@ -3,10 +3,10 @@
 use gltf::material::AlphaMode;
 
 use super::super::light::with_infrared;
-use super::super::maps::Maps;
 use super::super::mesh::{Material, Mesh};
+use super::super::source::Read;
 use super::buffers::Buffers;
-use super::content::{Files, Notes};
+use super::content::Notes;
 use super::pictures::{Pictures, called, sound};
 use super::placing::Placing;
 
@@ -37,21 +37,21 @@ fn is_clear(material: &gltf::Material<'_>) -> bool {
 pub fn read_all(
     document: &gltf::Document,
     buffers: &Buffers<'_>,
-    files: &Files<'_>,
+    read: Read<'_>,
     unread: &[Vec<String>],
     mesh: &mut Mesh,
     notes: &mut Notes,
 ) -> Result<Vec<MaterialMapping>, String> {
-    let mut pictures = Pictures::new(buffers, files);
+    let mut pictures = Pictures::new(buffers, read);
     let mut kinds = Vec::new();
     for material in document.materials() {
         let is_clear = is_clear(&material);
-        let mut read = plain(&material);
+        let mut made = plain(&material);
         if !is_clear {
-            pictures.dress(&material, &mut read, mesh, notes)?;
+            pictures.dress(&material, &mut made, mesh, notes)?;
             note_what_is_left_out(&material, unread, notes);
         }
-        mesh.materials.push(read);
+        mesh.materials.push(made);
         kinds.push(MaterialMapping { is_clear, placing: Placing::of_material(&material) });
     }
     // After all base colours, which matter most where pictures are many.
@@ -69,18 +69,12 @@ fn plain(material: &gltf::Material<'_>) -> Material {
     let [r, g, b, _] = pbr.base_color_factor();
     let strength = material.emissive_strength().unwrap_or(1.0);
     Material {
-        name: material.name().unwrap_or("").to_owned(),
-        base_colour: with_infrared([r, g, b].map(|band| sound(band, 1.0))),
-        texture: None,
-        cut_out: None,
         emission: with_infrared(material.emissive_factor().map(|band| sound(band * strength, 1e12))),
-        bulb: None,
         metallic: sound(pbr.metallic_factor(), 1.0),
         roughness: sound(pbr.roughness_factor(), 1.0),
-        maps: Maps::default(),
-        transmission: 0.0,
         double_sided: material.double_sided(),
         culled: !material.double_sided(),
+        ..Material::plain(material.name().unwrap_or(""), [r, g, b].map(|band| sound(band, 1.0)))
     }
 }
 

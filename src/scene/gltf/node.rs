@@ -10,18 +10,17 @@ use gltf::{Node, Primitive, Semantic};
 use super::super::animation::{Joint, JointChain};
 use super::super::geometry::Viewpoint;
 use super::super::light::{Bands, with_infrared};
-use super::super::mesh::{Material, Mesh, Vertex};
+use super::super::mesh::{Material, Mesh, Vertex, pushed};
 use super::animation::Tracks;
 use super::buffers::Buffers;
 use super::container::Container;
 use super::content::{Content, MovingPart, Notes};
 use super::material::MaterialMapping;
-use super::pictures::called;
+use super::pictures::{called, share};
 pub use super::reader::{NodePlace, Part, Reader};
-use crate::num::{f32_nearest, u32_from};
+use crate::num::{f32_nearest, index, u32_from};
 use crate::pose::Pose;
 
-/// Nodes may be nested this deep.
 const DEPTH_MAX: usize = 64;
 
 /// Most triangles, and thirds of vertices, of a scene, so that a small file that names one mesh a million times ends with an error before
@@ -43,23 +42,17 @@ impl<'a> Reader<'a> {
         Self { container, buffers, kinds, mesh, viewpoints, notes, met, flattened: 0, tracks, parts }
     }
 
-    /// What was read.
     pub fn content(mut self) -> Content {
         if self.flattened > 0 {
             self.notes.add(format!("{} triangles without area are left out", self.flattened));
         }
-        let mut moving: Vec<MovingPart> = Vec::new();
         let ranges: Vec<_> = self.parts.iter().map(|part| part.triangles.as_slice()).collect();
         let meshes = self.mesh.split_off(&ranges);
-        for (Part { name, chain, .. }, mesh) in self.parts.into_iter().zip(meshes) {
-            if !mesh.triangles.is_empty() {
-                moving.push(MovingPart { name, chain, mesh });
-            }
-        }
+        let parts = self.parts.into_iter().zip(meshes).filter(|(_, mesh)| !mesh.triangles.is_empty());
+        let moving = parts.map(|(Part { name, chain, .. }, mesh)| MovingPart { name, chain, mesh }).collect();
         Content { mesh: self.mesh, moving, viewpoints: self.viewpoints, notes: self.notes.0 }
     }
 
-    /// Reads a node and all below it.
     pub fn node(&mut self, node: &Node<'_>, parent: &NodePlace, depth: usize) -> Result<(), String> {
         if depth > DEPTH_MAX {
             return Err(format!("its nodes are nested deeper than {DEPTH_MAX}"));
@@ -73,10 +66,8 @@ impl<'a> Reader<'a> {
             return Err(format!("node {} has a transform that is not finite", node.index()));
         }
         if let Some(mesh) = node.mesh() {
-            let name = node
-                .name()
-                .or(mesh.name())
-                .map_or_else(|| format!("node {}", node.index()), |name| format!("'{name}'"));
+            let name = node.name().or(mesh.name());
+            let name = name.map_or_else(|| format!("node {}", node.index()), |name| format!("'{name}'"));
             if node.skin().is_some() {
                 self.notes.add(format!("{name}: its skin is not read; it stands as its mesh was made"));
             }
@@ -124,26 +115,19 @@ impl<'a> Reader<'a> {
         // An animated node has no matrix (glTF 2.0, 3.11), and what scales it unequally cannot be moved rigidly.
         let parts = (rigid(parent.part_from_node), node.transform());
         let (Some((pose, scale)), Transform::Decomposed { translation, rotation, scale: own }) = parts else {
-            self.notes.add(format!(
-                "'{name}' stands still: what it hangs on is mirrored or scaled unequally, or it has a matrix"
-            ));
+            let reason = "what it hangs on is mirrored or scaled unequally, or it has a matrix";
+            self.notes.add(format!("'{name}' stands still: {reason}"));
             return parent.child(parent_from_node);
         };
-        let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
         let turn = self.unit_turn(rotation, || format!("node {}", node.index()));
-        let joint = Joint {
-            rest: Pose::new(turn, wide(translation) * scale),
-            translation: tracks.translation.map(|track| track.scaled(scale)),
-            rotation: tracks.rotation,
-        };
+        let translation_m = tracks.translation.map(|track| track.scaled(scale));
+        let rest = Pose::new(turn, wide(translation) * scale);
+        let joint = Joint { rest, translation: translation_m, rotation: tracks.rotation };
         let above = parent.part.map_or_else(JointChain::default, |part| self.parts[part].chain.clone());
         let chain = above.with(Joint::fixed(pose)).with(joint);
         self.parts.push(Part { name, chain, triangles: Vec::new() });
-        NodePlace {
-            world_from_node: parent.world_from_node * parent_from_node,
-            part_from_node: DMat4::from_scale(wide(own) * scale),
-            part: Some(self.parts.len() - 1),
-        }
+        let part_from_node = DMat4::from_scale(wide(own) * scale);
+        NodePlace { part_from_node, part: Some(self.parts.len() - 1), ..parent.child(parent_from_node) }
     }
 
     /// A node's own transform; a rotation that is no unit quaternion is made one.
@@ -151,7 +135,6 @@ impl<'a> Reader<'a> {
         match node.transform() {
             Transform::Matrix { matrix } => DMat4::from_cols_array_2d(&matrix.map(|column| column.map(f64::from))),
             Transform::Decomposed { translation, rotation, scale } => {
-                let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
                 let turn = self.unit_turn(rotation, || format!("node {}", node.index()));
                 DMat4::from_scale_rotation_translation(wide(scale), turn, wide(translation))
             }
@@ -190,7 +173,6 @@ impl<'a> Reader<'a> {
         let moves = moves.map(|a| self.buffers.floats::<3>(&a)).transpose().map_err(refuse)?;
         let turns = turns.map(|a| self.buffers.floats::<4>(&a)).transpose().map_err(refuse)?;
         let scales = scales.map(|a| self.buffers.floats::<3>(&a)).transpose().map_err(refuse)?;
-        let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
         let mut places = Vec::with_capacity(count);
         for number in 0..count {
             let turn = turns.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |turns| turns[number]);
@@ -208,29 +190,27 @@ impl<'a> Reader<'a> {
 
     /// Refuses what would make the scene too large, before anything of it is made.
     fn judge(&self, mesh: &gltf::Mesh<'_>, instances: usize) -> Result<(), String> {
-        let each: usize = mesh
-            .primitives()
-            .map(|primitive| {
-                let corners =
-                    primitive.indices().or_else(|| primitive.get(&Semantic::Positions)).map_or(0, |a| a.count());
-                let vertices = primitive.get(&Semantic::Positions).map_or(0, |a| a.count());
-                corners.checked_div(3).unwrap_or(0).max(vertices / 3)
-            })
-            .fold(0, usize::saturating_add);
-        let known = self.mesh.triangles.len().max(self.mesh.vertices.len() / 3);
+        let size = |primitive: Primitive<'_>| {
+            let vertices = primitive.get(&Semantic::Positions).map_or(0, |a| a.count());
+            primitive.indices().map_or(vertices, |a| a.count()).max(vertices) / 3
+        };
+        let each = mesh.primitives().map(size).fold(0, usize::saturating_add);
         // Each place takes memory, even that of an empty mesh.
-        if each.max(1).saturating_mul(instances).saturating_add(known) > TRIANGLES_MAX {
-            return Err(format!(
-                "mesh {}, {instances} times: the scene has more than {TRIANGLES_MAX} triangles",
-                mesh.index()
-            ));
+        if each.max(1).saturating_mul(instances).saturating_add(self.size()) > TRIANGLES_MAX {
+            let place = format!("mesh {}, {instances} times", mesh.index());
+            return Err(format!("{place}: the scene has more than {TRIANGLES_MAX} triangles"));
         }
         Ok(())
     }
 
+    /// Triangles, or thirds of vertices, so far.
+    fn size(&self) -> usize {
+        self.mesh.triangles.len().max(self.mesh.vertices.len() / 3)
+    }
+
     /// Refuses one light more where the scene is full.
     fn judge_light(&self) -> Result<(), String> {
-        if self.mesh.triangles.len().max(self.mesh.vertices.len() / 3) > TRIANGLES_MAX {
+        if self.size() > TRIANGLES_MAX {
             return Err(format!("its lights and meshes have more than {TRIANGLES_MAX} triangles"));
         }
         Ok(())
@@ -265,7 +245,6 @@ impl<'a> Reader<'a> {
         let is_mirrored = turned.determinant() < 0.0;
         let outward = if is_mirrored { -1.0 } else { 1.0 };
         let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * outward;
-        let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
         let narrow = |v: DVec3| v.to_array().map(f32_nearest);
         let vertex = |number: usize| {
             let normal = normals.as_ref().and_then(|normals| normals.get(number).copied()).unwrap_or([0.0; 3]);
@@ -276,29 +255,24 @@ impl<'a> Reader<'a> {
         let known: Vec<Vertex> = (0..positions.len()).map(vertex).collect();
         let has_normals = normals.is_some();
         drop((positions, normals, uvs));
-        self.flattened += if has_normals {
-            let dropped = self.mesh.append(material, known, &triangles)?;
+        if has_normals {
+            self.flattened += self.mesh.append(material, known, &triangles)?;
             colours.iter().for_each(|colours| self.mesh.colour_last(colours));
-            dropped
-        } else {
-            // glTF 2.0, 3.7.2.1: without normals every triangle is flat, so no corner may be shared.
-            if let Some(bad) = triangles.iter().flatten().find(|&&corner| crate::num::index(corner) >= known.len()) {
-                return Err(format!("a triangle names vertex {bad} of {}", known.len()));
-            }
-            let loose: Vec<Vertex> =
-                triangles.iter().flatten().map(|&corner| known[crate::num::index(corner)]).collect();
-            let own: Vec<[u32; 3]> = (0..u32_from(triangles.len()))
-                .map(|at| if is_mirrored { [3 * at, 3 * at + 2, 3 * at + 1] } else { [3 * at, 3 * at + 1, 3 * at + 2] })
-                .collect();
-            drop(known);
-            let dropped = self.mesh.append(material, loose, &own)?;
-            if let Some(colours) = colours {
-                let loose: Vec<Bands> =
-                    triangles.iter().flatten().map(|&corner| colours[crate::num::index(corner)]).collect();
-                self.mesh.colour_last(&loose);
-            }
-            dropped
-        };
+            return Ok(());
+        }
+        // glTF 2.0, 3.7.2.1: without normals every triangle is flat, so no corner may be shared.
+        let corners = || triangles.iter().flatten().copied().map(index);
+        if let Some(bad) = corners().find(|&corner| corner >= known.len()) {
+            return Err(format!("a triangle names vertex {bad} of {}", known.len()));
+        }
+        let loose: Vec<Vertex> = corners().map(|corner| known[corner]).collect();
+        drop(known);
+        let turn = if is_mirrored { [0, 2, 1] } else { [0, 1, 2] };
+        let own: Vec<[u32; 3]> = (0..u32_from(triangles.len())).map(|at| turn.map(|corner| 3 * at + corner)).collect();
+        self.flattened += self.mesh.append(material, loose, &own)?;
+        if let Some(colours) = colours {
+            self.mesh.colour_last(&corners().map(|corner| colours[corner]).collect::<Vec<_>>());
+        }
         Ok(())
     }
 
@@ -334,8 +308,7 @@ impl<'a> Reader<'a> {
         if primitive.material().alpha_mode() != AlphaMode::Opaque && colours.iter().any(|colour| colour[3] < 1.0) {
             self.notes.add(format!("{}: alpha of vertex colours is not read", called(&primitive.material())));
         }
-        let sound = |band: f32| if band.is_finite() { band.clamp(0.0, 1.0) } else { 1.0 };
-        Ok(Some(colours.into_iter().map(|[r, g, b, _]| with_infrared([r, g, b].map(sound))).collect()))
+        Ok(Some(colours.into_iter().map(|[r, g, b, _]| with_infrared([r, g, b].map(share))).collect()))
     }
 
     /// Adds a material that the file does not have, or finds it among those added before.
@@ -344,9 +317,12 @@ impl<'a> Reader<'a> {
         if let Some(same) = added.into_iter().rev().take(64).find(|&number| self.mesh.materials[number] == material) {
             return u32_from(same);
         }
-        self.mesh.materials.push(material);
-        u32_from(self.mesh.materials.len() - 1)
+        pushed(&mut self.mesh.materials, material)
     }
+}
+
+fn wide(v: [f32; 3]) -> DVec3 {
+    DVec3::from_array(v.map(f64::from))
 }
 
 /// A transform as a rotation, a translation and one scale; none where it is mirrored or scales unequally.

@@ -10,13 +10,14 @@ use gltf::texture::WrappingMode;
 use super::super::cut_out::CutOut;
 use super::super::light::{BANDS, with_infrared};
 use super::super::maps::Maps;
-use super::super::mesh::{Material, Mesh};
+use super::super::mesh::{Material, Mesh, pushed};
+use super::super::source::Read;
 use super::super::texture::picture::{Budget, TexturePicture};
 use super::super::texture::{Texture, Wrap};
 use super::buffers::{Buffers, fetched};
-use super::content::{Files, Notes};
+use super::content::Notes;
 use super::placing::Placing;
-use crate::num::{index, u32_from, u32_truncated_f32};
+use crate::num::{index, low_u8, u32_truncated_f32};
 
 /// What alpha of a picture means.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,8 +31,7 @@ enum Alpha {
 
 impl Alpha {
     fn of(material: &gltf::Material<'_>) -> Self {
-        let alpha = material.pbr_metallic_roughness().base_color_factor()[3];
-        let alpha = if alpha.is_finite() { alpha.clamp(0.0, 1.0) } else { 1.0 };
+        let alpha = share(material.pbr_metallic_roughness().base_color_factor()[3]);
         match material.alpha_mode() {
             AlphaMode::Opaque => Self::Ignored,
             // What the factor takes from coverage, the cutoff must take as well.
@@ -43,7 +43,6 @@ impl Alpha {
         }
     }
 
-    /// Tells it from others.
     fn key(self) -> (u8, u32) {
         match self {
             Self::Ignored => (0, 0),
@@ -79,6 +78,11 @@ pub fn sound(value: f32, most: f32) -> f32 {
     if value.is_finite() { value.clamp(0.0, most) } else { 0.0 }
 }
 
+/// A share brought into 0 to 1; 1 for one that is not finite.
+pub fn share(value: f32) -> f32 {
+    if value.is_finite() { value.clamp(0.0, 1.0) } else { 1.0 }
+}
+
 fn wrapping(texture: &gltf::Texture<'_>) -> [Wrap; 2] {
     let sampler = texture.sampler();
     [sampler.wrap_s(), sampler.wrap_t()].map(|mode| match mode {
@@ -95,7 +99,7 @@ fn of_image(texture: &gltf::Texture<'_>, reason: &str) -> String {
 /// Decodes pictures once for each texture and level of holes.
 pub struct Pictures<'a, 'b> {
     buffers: &'a Buffers<'b>,
-    files: &'a Files<'a>,
+    read: Read<'a>,
     budget: Budget,
     /// Texture and holes in the mesh, by texture of the file and what its alpha means.
     textures: BTreeMap<(usize, (u8, u32)), (u32, Option<u32>)>,
@@ -111,12 +115,10 @@ enum MapKind {
 }
 
 impl<'a, 'b> Pictures<'a, 'b> {
-    /// None yet.
-    pub fn new(buffers: &'a Buffers<'b>, files: &'a Files<'a>) -> Self {
-        Self { buffers, files, budget: Budget::default(), textures: BTreeMap::new(), maps: BTreeMap::new() }
+    pub fn new(buffers: &'a Buffers<'b>, read: Read<'a>) -> Self {
+        Self { buffers, read, budget: Budget::default(), textures: BTreeMap::new(), maps: BTreeMap::new() }
     }
 
-    /// Gives a material its pictures.
     pub fn dress(
         &mut self,
         material: &gltf::Material<'_>,
@@ -129,8 +131,7 @@ impl<'a, 'b> Pictures<'a, 'b> {
             let (texture, cut_out) = self.texture(&info.texture(), Alpha::of(material), mesh)?;
             (read.texture, read.cut_out) = (Some(texture), cut_out);
         } else if let Some(holes) = Alpha::of(material).holes([1, 1], vec![u8::MAX], [Wrap::Repeat; 2]) {
-            mesh.cut_outs.push(holes);
-            read.cut_out = Some(u32_from(mesh.cut_outs.len() - 1));
+            read.cut_out = Some(pushed(&mut mesh.cut_outs, holes));
         }
         if read.cut_out.is_some() && material.alpha_mode() == AlphaMode::Blend {
             notes.add(format!("{} is blended: it stops as large a share of rays as its alpha says", called(material)));
@@ -162,8 +163,8 @@ impl<'a, 'b> Pictures<'a, 'b> {
                 said += "; its texture of transmission is not read";
             }
         }
-        mesh.cut_outs.push(CutOut::pane(size[0], size[1], codes, wrap, clear * tint));
-        (read.cut_out, read.transmission) = (Some(u32_from(mesh.cut_outs.len() - 1)), clear * mean);
+        let pane = CutOut::pane(size[0], size[1], codes, wrap, clear * tint);
+        (read.cut_out, read.transmission) = (Some(pushed(&mut mesh.cut_outs, pane)), clear * mean);
         if read.base_colour[..3].iter().any(|&band| (band - tint).abs() > 0.02) {
             said += "; its tint dims all colours alike";
         }
@@ -185,33 +186,30 @@ impl<'a, 'b> Pictures<'a, 'b> {
         let mut maps = Maps::default();
         let mut read = mesh.materials[number].clone();
         let mut left = Vec::new();
-        if let Some(info) = material.normal_texture() {
-            let is_alike = Placing::of_normals(&info) == placing;
-            match self.map(&info.texture(), MapKind::Values, is_alike, mesh)? {
-                Some((texture, _)) => {
-                    maps.normal = Some((texture, sound(info.scale().abs(), 100.0) * info.scale().signum()))
-                }
-                None => left.push("normal"),
+        let mut map = |texture: gltf::Texture<'_>, kind: MapKind, own: Placing, what: &'static str| {
+            let found = if own == placing { self.map(&texture, kind, mesh)? } else { None };
+            if found.is_none() {
+                left.push(what);
             }
+            Ok::<_, String>(found)
+        };
+        if let Some(info) = material.normal_texture()
+            && let Some((texture, _)) = map(info.texture(), MapKind::Values, Placing::of_normals(&info), "normal")?
+        {
+            maps.normal = Some((texture, sound(info.scale().abs(), 100.0) * info.scale().signum()));
         }
         if let Some(info) = material.pbr_metallic_roughness().metallic_roughness_texture() {
-            let is_alike = Placing::of_texture(&info) == placing;
-            match self.map(&info.texture(), MapKind::Values, is_alike, mesh)? {
-                Some((texture, [_, roughness, metallic])) => {
-                    maps.roughness_metallic = Some((texture, [read.roughness, read.metallic]));
-                    (read.roughness, read.metallic) = (read.roughness * roughness, read.metallic * metallic);
-                }
-                None => left.push("metallic-roughness (its factors count)"),
+            let (own, what) = (Placing::of_texture(&info), "metallic-roughness (its factors count)");
+            if let Some((texture, [_, roughness, metallic])) = map(info.texture(), MapKind::Values, own, what)? {
+                maps.roughness_metallic = Some((texture, [read.roughness, read.metallic]));
+                (read.roughness, read.metallic) = (read.roughness * roughness, read.metallic * metallic);
             }
         }
         if let Some(info) = material.emissive_texture().filter(|_| read.is_emissive()) {
-            let is_alike = Placing::of_texture(&info) == placing;
-            match self.map(&info.texture(), MapKind::Colours, is_alike, mesh)? {
-                Some((texture, mean)) => {
-                    maps.emission = Some((texture, read.emission));
-                    (0..BANDS).for_each(|band| read.emission[band] *= with_infrared(mean)[band]);
-                }
-                None => left.push("emissive (its factor counts)"),
+            let (own, what) = (Placing::of_texture(&info), "emissive (its factor counts)");
+            if let Some((texture, mean)) = map(info.texture(), MapKind::Colours, own, what)? {
+                maps.emission = Some((texture, read.emission));
+                (0..BANDS).for_each(|band| read.emission[band] *= with_infrared(mean)[band]);
             }
         }
         if !left.is_empty() {
@@ -226,8 +224,7 @@ impl<'a, 'b> Pictures<'a, 'b> {
             let sizes = maps.textures_mut().map(|texture| mesh.textures[index(*texture)].size());
             let [width, height] = sizes.fold([1.0_f32; 2], |most, size| [0, 1].map(|axis| most[axis].max(size[axis])));
             let white = Texture::white(u32_truncated_f32(width), u32_truncated_f32(height));
-            mesh.textures.push(white);
-            read.texture = Some(u32_from(mesh.textures.len() - 1));
+            read.texture = Some(pushed(&mut mesh.textures, white));
         }
         read.maps = maps;
         // By the mean of its metallic map: no light passes metal.
@@ -238,19 +235,14 @@ impl<'a, 'b> Pictures<'a, 'b> {
         Ok(())
     }
 
-    /// A texture of the mesh for a map, and the mean of its texels; none for one that lies by other texture coordinates than the base
-    /// colour, or that there is no room for.
+    /// A texture of the mesh for a map, and the mean of its texels; none for one that there is no room for.
     fn map(
         &mut self,
         texture: &gltf::Texture<'_>,
         kind: MapKind,
-        is_alike: bool,
         mesh: &mut Mesh,
     ) -> Result<Option<(u32, [f32; 3])>, String> {
         let key = (texture.index(), kind);
-        if !is_alike {
-            return Ok(None);
-        }
         if let Some(&known) = self.maps.get(&key) {
             return Ok(known);
         }
@@ -264,8 +256,7 @@ impl<'a, 'b> Pictures<'a, 'b> {
             MapKind::Colours => (picture.texture(wrapping(texture)), picture.mean()),
             MapKind::Values => (picture.values(wrapping(texture)), picture.mean_value()),
         };
-        mesh.textures.push(texture);
-        let made = Some((u32_from(mesh.textures.len() - 1), mean));
+        let made = Some((pushed(&mut mesh.textures, texture), mean));
         self.maps.insert(key, made);
         Ok(made)
     }
@@ -283,19 +274,15 @@ impl<'a, 'b> Pictures<'a, 'b> {
         let wrap = wrapping(texture);
         let mut picture = self.decoded(texture)?;
         let least = match alpha {
-            Alpha::Least(least) => crate::num::low_u8(crate::num::u32_truncated_f32((255.0 * least).clamp(0.0, 255.0))),
+            Alpha::Least(least) => low_u8(u32_truncated_f32((255.0 * least).clamp(0.0, 255.0))),
             _ => 0,
         };
         let holes = alpha.holes(picture.size_px, picture.alpha.clone(), wrap);
         if holes.is_some() {
             picture = picture.bled(least.max(1));
         }
-        mesh.textures.push(picture.texture(wrap));
-        let cut_out = holes.map(|holes| {
-            mesh.cut_outs.push(holes);
-            u32_from(mesh.cut_outs.len() - 1)
-        });
-        let made = (u32_from(mesh.textures.len() - 1), cut_out);
+        let cut_out = holes.map(|holes| pushed(&mut mesh.cut_outs, holes));
+        let made = (pushed(&mut mesh.textures, picture.texture(wrap)), cut_out);
         self.textures.insert(key, made);
         Ok(made)
     }
@@ -305,12 +292,11 @@ impl<'a, 'b> Pictures<'a, 'b> {
         TexturePicture::decoded(&bytes, &mut self.budget).map_err(|reason| of_image(texture, &reason))
     }
 
-    /// The file of a texture's picture.
     fn bytes(&self, texture: &gltf::Texture<'_>) -> Result<Cow<'a, [u8]>, String> {
         let buffers = self.buffers;
         match texture.source().source() {
             Source::View { view, .. } => buffers.view(&view).map(Cow::Borrowed),
-            Source::Uri { uri, .. } => fetched(uri, self.files).map(Cow::from),
+            Source::Uri { uri, .. } => fetched(uri, self.read).map(Cow::from),
         }
         .map_err(|reason| of_image(texture, &reason))
     }

@@ -1,11 +1,11 @@
 //! Where the pictures of a material lie on its surfaces.
 
+use gltf::json::extensions::texture::TextureTransform;
 use serde::Deserialize;
 
 /// Where on a surface its pictures lie.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placing {
-    /// Set of texture coordinates.
     pub set: u32,
     /// Rows of the matrix of KHR_texture_transform.
     rows: [[f32; 3]; 2],
@@ -24,12 +24,12 @@ impl Placing {
         })
     }
 
-    /// Of a texture of normals.
+    /// Of a texture of normals, whose KHR_texture_transform the crate leaves as JSON.
     pub fn of_normals(info: &gltf::material::NormalTexture<'_>) -> Self {
         let unmoved = Self { set: info.tex_coord(), ..Self::UNMOVED };
         let moved = info.extension_value("KHR_texture_transform");
         let Some(moved) = moved.and_then(|moved| TextureTransform::deserialize(moved).ok()) else { return unmoved };
-        Self::moved(moved.tex_coord.unwrap_or(unmoved.set), moved.offset, moved.rotation, moved.scale)
+        Self::moved(moved.tex_coord.unwrap_or(unmoved.set), moved.offset.0, moved.rotation.0, moved.scale.0)
     }
 
     /// KHR_texture_transform: translation times rotation times scale; v points down, so positive angles turn counter-clockwise.
@@ -41,31 +41,15 @@ impl Placing {
     /// Of a material: that of the first of its textures that are read.
     pub fn of_material(material: &gltf::Material<'_>) -> Self {
         let pbr = material.pbr_metallic_roughness();
-        let of_colour = pbr.base_color_texture().map(|info| Self::of_texture(&info));
+        let of_texture = |info: gltf::texture::Info<'_>| Self::of_texture(&info);
+        let of_colour = pbr.base_color_texture().map(of_texture);
         let of_normals = || material.normal_texture().map(|info| Self::of_normals(&info));
-        let of_roughness = || pbr.metallic_roughness_texture().map(|info| Self::of_texture(&info));
-        let of_emission = || material.emissive_texture().map(|info| Self::of_texture(&info));
-        of_colour.or_else(of_normals).or_else(of_roughness).or_else(of_emission).unwrap_or(Self::UNMOVED)
+        let of_others = || pbr.metallic_roughness_texture().or(material.emissive_texture()).map(of_texture);
+        of_colour.or_else(of_normals).or_else(of_others).unwrap_or(Self::UNMOVED)
     }
 
     /// Texture coordinates of a vertex of the file.
     pub fn of(&self, [u, v]: [f32; 2]) -> [f32; 2] {
         self.rows.map(|[a, b, c]| a * u + b * v + c)
-    }
-}
-
-/// KHR_texture_transform of a normal texture, which the reader of the format leaves as JSON.
-#[derive(Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-struct TextureTransform {
-    offset: [f32; 2],
-    rotation: f32,
-    scale: [f32; 2],
-    tex_coord: Option<u32>,
-}
-
-impl Default for TextureTransform {
-    fn default() -> Self {
-        Self { offset: [0.0; 2], rotation: 0.0, scale: [1.0; 2], tex_coord: None }
     }
 }

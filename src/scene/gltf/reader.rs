@@ -13,7 +13,6 @@ use super::container::Container;
 use super::content::Notes;
 use super::material::MaterialMapping;
 
-/// What is read so far.
 pub struct Reader<'a> {
     pub(super) container: &'a Container<'a>,
     pub(super) buffers: &'a Buffers<'a>,
@@ -31,7 +30,6 @@ pub struct Reader<'a> {
     pub(super) parts: Vec<Part>,
 }
 
-/// A part of the file that moves as one.
 #[derive(Clone, Debug)]
 pub struct Part {
     pub(super) name: String,
@@ -39,7 +37,6 @@ pub struct Part {
     pub(super) triangles: Vec<Range<usize>>,
 }
 
-/// Where a node is.
 #[derive(Clone, Debug)]
 pub struct NodePlace {
     /// In the world, where nothing is animated.

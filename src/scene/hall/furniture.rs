@@ -1,11 +1,10 @@
 //! Furniture of the hall: benches, an altar on steps, urns under the windows, banners, doors. The rear third of the nave stays free for
 //! walking.
 
-use super::super::build::{Builder, Opening, Wall};
+use super::super::build::{Builder, Opening, Wall, profile};
 use super::plan::{BAY_M, BAYS, COLUMN_M, HALF_LENGTH_M, HALF_WALL_M, HallMaterials, OUTER_M, SPRING_M};
 use crate::num::f32_from_i32;
 
-/// Puts everything in its place.
 pub(super) fn place(builder: &mut Builder, stuff: &HallMaterials) {
     for row in 0..15 {
         let z_m = -21.0 + 1.35 * f32_from_i32(row);
@@ -48,17 +47,10 @@ fn altar(builder: &mut Builder, stuff: &HallMaterials) {
     }
     builder.block(stuff.column, [-1.6, 0.48, -27.4], [1.6, 1.42, -26.5]);
     builder.block(stuff.moulding, [-1.75, 1.42, -27.5], [1.75, 1.54, -26.4]);
-    let stick = [
-        [0.11, 0.0],
-        [0.10, 0.03],
-        [0.03, 0.06],
-        [0.025, 0.2],
-        [0.04, 0.24],
-        [0.025, 0.28],
-        [0.02, 0.5],
-        [0.05, 0.54],
-        [0.0, 0.56],
-    ];
+    let stick = profile(
+        [0.11, 0.10, 0.03, 0.025, 0.04, 0.025, 0.02, 0.05, 0.0],
+        [0.0, 0.03, 0.06, 0.2, 0.24, 0.28, 0.5, 0.54, 0.56],
+    );
     for number in 0..6 {
         let x_m = -1.5 + 0.6 * f32_from_i32(number);
         builder.turned(stuff.lead, [x_m, 1.54, -27.1], &stick, 16);
@@ -70,25 +62,11 @@ fn urn(builder: &mut Builder, stuff: &HallMaterials, [x, _, z]: [f32; 3]) {
     for (half_m, low_m, high_m) in [(0.36, 0.0, 0.12), (0.29, 0.12, 0.78), (0.34, 0.78, 0.88)] {
         builder.block(stuff.moulding, [x - half_m, low_m, z - half_m], [x + half_m, high_m, z + half_m]);
     }
-    let profile = [
-        [0.17, 0.0],
-        [0.17, 0.04],
-        [0.10, 0.07],
-        [0.06, 0.13],
-        [0.07, 0.17],
-        [0.16, 0.22],
-        [0.23, 0.30],
-        [0.27, 0.40],
-        [0.27, 0.50],
-        [0.22, 0.58],
-        [0.17, 0.63],
-        [0.17, 0.67],
-        [0.24, 0.72],
-        [0.26, 0.74],
-        [0.22, 0.75],
-        [0.0, 0.70],
-    ];
-    builder.turned(stuff.column, [x, 0.88, z], &profile, 24);
+    let outline = profile(
+        [0.17, 0.17, 0.10, 0.06, 0.07, 0.16, 0.23, 0.27, 0.27, 0.22, 0.17, 0.17, 0.24, 0.26, 0.22, 0.0],
+        [0.0, 0.04, 0.07, 0.13, 0.17, 0.22, 0.30, 0.40, 0.50, 0.58, 0.63, 0.67, 0.72, 0.74, 0.75, 0.70],
+    );
+    builder.turned(stuff.column, [x, 0.88, z], &outline, 24);
 }
 
 /// A banner on the wall over a column, on a rod.
@@ -106,7 +84,7 @@ fn banner(builder: &mut Builder, stuff: &HallMaterials, side: f32, z: f32, is_fi
 
 /// A double door behind an opening: boards, rails, a gap between the leaves.
 pub(super) fn door(builder: &mut Builder, stuff: &HallMaterials, wall: &Wall, opening: &Opening, depth_m: f32) {
-    let [low, high] = [opening.middle_m - opening.half_m, opening.middle_m + opening.half_m];
+    let [low, high] = opening.span();
     builder.face(stuff.wood, wall, [low, high], [0.0, opening.top_m()], depth_m);
     let middle_m = opening.middle_m;
     for [from, to] in [[low, middle_m - 0.01], [middle_m + 0.01, high]] {

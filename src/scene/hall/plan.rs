@@ -2,11 +2,8 @@
 
 use super::super::build::Surface;
 
-/// Width of a bay.
 pub(super) const BAY_M: f32 = 6.0;
-/// Bays of the nave.
 pub(super) const BAYS: i32 = 10;
-/// Half of the hall's length.
 pub(super) const HALF_LENGTH_M: f32 = 30.0;
 /// From the nave's middle to the axes of the columns.
 pub(super) const COLUMN_M: f32 = 7.0;
@@ -23,7 +20,6 @@ pub(super) const CORNICE_M: f32 = 10.0;
 /// Highest point of the nave's vault over its springing.
 pub(super) const SAGITTA_M: f32 = 2.0;
 
-/// What the hall is made of.
 pub(super) struct HallMaterials {
     pub(super) stone: Surface,
     pub(super) plaster: Surface,

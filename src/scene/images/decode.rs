@@ -3,14 +3,15 @@
 //!
 //! Grey pictures have all bands alike. Near infrared is like the red unless an OpenEXR channel N or NIR holds it.
 
-use crate::num::{f32_nearest, f64_from_usize, greater, index, lesser};
 use std::io::Cursor;
 
 use image::{ColorType, DynamicImage, ImageFormat, ImageReader};
 
 use crate::error::Error;
+use crate::num::{f32_nearest, f64_from_usize, greater, index, lesser};
 use crate::plane::Plane;
 use crate::scene::light::BANDS;
+use crate::scene::texture::linear_from_srgb_share;
 use crate::units::Size;
 
 /// Side of a picture at most.
@@ -41,8 +42,10 @@ pub struct Picture {
     /// 1 (all bands), 3 (red, green, blue) or 4 (and near infrared) values a pixel.
     channels: usize,
     values: Vec<f32>,
-    clipped_share: f64,
-    depth_m: Option<Plane<f32>>,
+    /// Share of the values at the greatest code; 0 for floats.
+    pub(super) clipped_share: f64,
+    /// Distance along the axis; infinite where nothing is seen.
+    pub(super) depth_m: Option<Plane<f32>>,
 }
 
 /// What a file is, by its first bytes.
@@ -57,33 +60,18 @@ impl PictureFormat {
         match bytes {
             [0x89, b'P', b'N', b'G', ..] => Ok(Self::Png),
             [0x76, 0x2f, 0x31, 0x01, ..] => Ok(Self::Exr),
-            _ => Err(refused(name, "is neither PNG nor OpenEXR; use one of these")),
+            _ => Err(Error::content(name, "is neither PNG nor OpenEXR; use one of these")),
         }
     }
 }
 
-fn refused(name: &str, reason: impl Into<String>) -> Error {
-    Error::Content { file: name.to_owned(), reason: reason.into() }
-}
-
-fn checked_size(name: &str, width_px: u64, height_px: u64) -> Result<Size, Error> {
-    let edge = u64::from(EDGE_PX_MAX);
-    match (u32::try_from(width_px), u32::try_from(height_px)) {
-        (Ok(width), Ok(height))
-            if width > 0
-                && height > 0
-                && width_px <= edge
-                && height_px <= edge
-                && width_px * height_px <= PIXELS_MAX =>
-        {
-            Ok(Size { width_px: width, height_px: height })
-        }
-        _ => {
-            let reason =
-                format!("has {width_px} x {height_px} px; use up to {EDGE_PX_MAX} an edge and {PIXELS_MAX} in all");
-            Err(refused(name, reason))
-        }
+fn check_size(name: &str, width_px: u64, height_px: u64) -> Result<(), Error> {
+    let edges = 1..=u64::from(EDGE_PX_MAX);
+    if edges.contains(&width_px) && edges.contains(&height_px) && width_px * height_px <= PIXELS_MAX {
+        return Ok(());
     }
+    let reason = format!("has {width_px} x {height_px} px; use up to {EDGE_PX_MAX} an edge and {PIXELS_MAX} in all");
+    Err(Error::content(name, reason))
 }
 
 impl Picture {
@@ -99,17 +87,13 @@ impl Picture {
     fn from_png(name: &str, bytes: &[u8], transfer: TransferCurve) -> Result<Self, Error> {
         let picture = png(name, bytes)?;
         let size = Size { width_px: picture.width(), height_px: picture.height() };
-        let is_clear = match &picture {
-            DynamicImage::ImageLumaA8(_) | DynamicImage::ImageRgba8(_) => {
-                picture.to_rgba8().pixels().any(|pixel| pixel.0[3] != u8::MAX)
-            }
-            DynamicImage::ImageLumaA16(_) | DynamicImage::ImageRgba16(_) => {
-                picture.to_rgba16().pixels().any(|pixel| pixel.0[3] != u16::MAX)
-            }
+        let is_clear = match picture.color() {
+            ColorType::La8 | ColorType::Rgba8 => picture.to_rgba8().pixels().any(|pixel| pixel.0[3] != u8::MAX),
+            ColorType::La16 | ColorType::Rgba16 => picture.to_rgba16().pixels().any(|pixel| pixel.0[3] != u16::MAX),
             _ => false,
         };
         if is_clear {
-            return Err(refused(name, "is transparent in places; use a picture without alpha"));
+            return Err(Error::content(name, "is transparent in places; use a picture without alpha"));
         }
         let (channels, codes, end): (usize, Vec<u16>, u16) = match picture.color() {
             ColorType::L8 | ColorType::La8 => (1, widened(picture.into_luma8().into_raw()), 255),
@@ -135,10 +119,9 @@ impl Picture {
             }
             (None, None, None, Some(grey)) if infrared.is_none() => vec![grey],
             _ => {
-                let names: Vec<&str> = found.iter().map(|channel| channel.name.as_str()).collect();
-                let reason =
-                    format!("has the channels {}; use R, G and B (and N or NIR), or Y alone", names.join(", "));
-                return Err(refused(name, reason));
+                let names = found.iter().map(|channel| channel.name.as_str()).collect::<Vec<_>>().join(", ");
+                let reason = format!("has the channels {names}; use R, G and B (and N or NIR), or Y alone");
+                return Err(Error::content(name, reason));
             }
         };
         let (size, channels) = (planes[0].plane.size(), planes.len());
@@ -146,13 +129,10 @@ impl Picture {
         for (number, channel) in planes.iter().enumerate() {
             for (at, &value) in channel.plane.values().iter().enumerate() {
                 if !(value.is_finite() && value >= 0.0) {
-                    let width = index(size.width_px);
-                    let (x, y) = (at % width, at / width);
-                    let reason = format!(
-                        "holds {value} in channel {} at column {x}, row {y}; use finite light of at least 0",
-                        channel.name
-                    );
-                    return Err(refused(name, reason));
+                    let (x, y) = (at % index(size.width_px), at / index(size.width_px));
+                    let place = format!("channel {} at column {x}, row {y}", channel.name);
+                    let reason = format!("holds {value} in {place}; use finite light of at least 0");
+                    return Err(Error::content(name, reason));
                 }
                 values[at * channels + number] = match transfer {
                     TransferCurve::Linear => value,
@@ -166,13 +146,13 @@ impl Picture {
 
     #[cfg(not(feature = "exr"))]
     fn from_exr(name: &str, _: &[u8], _: TransferCurve) -> Result<Self, Error> {
-        Err(refused(name, "is OpenEXR, which this build does not read; use PNG"))
+        Err(Error::content(name, "is OpenEXR, which this build does not read; use PNG"))
     }
 
     /// The same picture with a separate depth. Fails on a depth of another size.
     pub fn with_depth(self, name: &str, depth_m: Plane<f32>) -> Result<Self, Error> {
         if depth_m.size() != self.size {
-            return Err(refused(name, "has another size than its picture; use the same size"));
+            return Err(Error::content(name, "has another size than its picture; use the same size"));
         }
         Ok(Self { depth_m: Some(depth_m), ..self })
     }
@@ -218,16 +198,6 @@ impl Picture {
             _ => corner,
         })
     }
-
-    /// Share of the values at the greatest code; 0 for floats.
-    pub fn clipped_share(&self) -> f64 {
-        self.clipped_share
-    }
-
-    /// Distance along the axis; infinite where nothing is seen.
-    pub fn depth_m(&self) -> Option<&Plane<f32>> {
-        self.depth_m.as_ref()
-    }
 }
 
 fn widened(codes: Vec<u8>) -> Vec<u16> {
@@ -237,9 +207,9 @@ fn widened(codes: Vec<u8>) -> Vec<u16> {
 /// A PNG file whose size was judged before it was decoded.
 fn png(name: &str, bytes: &[u8]) -> Result<DynamicImage, Error> {
     let reader = || ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
-    let damaged = |error: image::ImageError| refused(name, format!("is not a complete PNG file: {error}"));
+    let damaged = |error: image::ImageError| Error::content(name, format!("is not a complete PNG file: {error}"));
     let (width_px, height_px) = reader().into_dimensions().map_err(damaged)?;
-    checked_size(name, width_px.into(), height_px.into())?;
+    check_size(name, width_px.into(), height_px.into())?;
     reader().decode().map_err(damaged)
 }
 
@@ -247,10 +217,10 @@ fn png(name: &str, bytes: &[u8]) -> Result<DynamicImage, Error> {
 #[cfg(feature = "exr")]
 fn exr_channels(name: &str, bytes: &[u8]) -> Result<Vec<crate::picture::Channel>, Error> {
     let header = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false)
-        .map_err(|error| refused(name, format!("is not a complete OpenEXR file: {error}")))?;
+        .map_err(|error| Error::content(name, format!("is not a complete OpenEXR file: {error}")))?;
     for layer in &header.headers {
-        let of = |side: usize| crate::num::u64_from(side);
-        checked_size(name, of(layer.layer_size.width()), of(layer.layer_size.height()))?;
+        let [width_px, height_px] = [layer.layer_size.width(), layer.layer_size.height()].map(crate::num::u64_from);
+        check_size(name, width_px, height_px)?;
     }
     crate::picture::from_exr(name, bytes)
 }
@@ -261,7 +231,7 @@ pub fn depth_m(name: &str, bytes: &[u8], steps_per_m: f64) -> Result<Plane<f32>,
     match PictureFormat::of(name, bytes)? {
         PictureFormat::Png => {
             let DynamicImage::ImageLuma16(picture) = png(name, bytes)? else {
-                return Err(refused(name, "is not a depth picture; use a grey 16-bit PNG"));
+                return Err(Error::content(name, "is not a depth picture; use a grey 16-bit PNG"));
             };
             let size = Size { width_px: picture.width(), height_px: picture.height() };
             let metres = |code: u16| if code == 0 { f32::INFINITY } else { f32_nearest(f64::from(code) / steps_per_m) };
@@ -275,20 +245,21 @@ pub fn depth_m(name: &str, bytes: &[u8], steps_per_m: f64) -> Result<Plane<f32>,
 fn exr_depth(name: &str, bytes: &[u8]) -> Result<Plane<f32>, Error> {
     let channels = exr_channels(name, bytes)?;
     let found = ["Z", "Y"].iter().find_map(|wanted| channels.iter().find(|channel| channel.name == *wanted));
-    let found = found.ok_or_else(|| refused(name, "has no depth; use channel Z (or Y) in metres"))?;
+    let found = found.ok_or_else(|| Error::content(name, "has no depth; use channel Z (or Y) in metres"))?;
     depth_checked(name, &found.plane)
 }
 
 #[cfg(not(feature = "exr"))]
 fn exr_depth(name: &str, _: &[u8]) -> Result<Plane<f32>, Error> {
-    Err(refused(name, "is OpenEXR, which this build does not read; use a grey 16-bit PNG"))
+    Err(Error::content(name, "is OpenEXR, which this build does not read; use a grey 16-bit PNG"))
 }
 
 /// Depths of 0 and below, and infinite ones, mean that nothing is seen; NaN is refused.
 #[cfg(feature = "exr")]
 fn depth_checked(name: &str, plane: &Plane<f32>) -> Result<Plane<f32>, Error> {
     if plane.values().iter().any(|depth_m| depth_m.is_nan()) {
-        return Err(refused(name, "holds a depth that is not a number; use metres, or infinity where nothing is seen"));
+        let reason = "holds a depth that is not a number; use metres, or infinity where nothing is seen";
+        return Err(Error::content(name, reason));
     }
     Ok(plane.map(|depth_m| if depth_m > 0.0 { depth_m } else { f32::INFINITY }))
 }
@@ -296,7 +267,7 @@ fn depth_checked(name: &str, plane: &Plane<f32>) -> Result<Plane<f32>, Error> {
 /// Value of a code of a file in 0..=1, as light.
 pub(super) fn linear(share: f64, transfer: TransferCurve) -> f32 {
     f32_nearest(match transfer {
-        TransferCurve::Srgb => super::super::texture::linear_from_srgb_share(share),
+        TransferCurve::Srgb => linear_from_srgb_share(share),
         TransferCurve::Linear => share,
     })
 }

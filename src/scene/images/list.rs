@@ -34,14 +34,13 @@ pub enum TimeUnit {
 }
 
 fn refused(file: &str, line: usize, reason: impl std::fmt::Display) -> Error {
-    Error::Content { file: file.to_owned(), reason: format!("line {line}: {reason}") }
+    Error::content(file, format!("line {line}: {reason}"))
 }
 
 /// Reads lines `time` or `time name`, apart by blanks or commas. `#` starts a comment, and a first line of words is a heading; one
 /// that says `[ns]` or `_ns` changes the unit. Of repeated times the first is kept. Fails on a time that is no number, or goes back;
 /// lines with a name among lines without; no line.
-pub fn parse(file: &str, text: &str, unit: TimeUnit) -> Result<ImageList, Error> {
-    let mut unit = unit;
+pub fn parse(file: &str, text: &str, mut unit: TimeUnit) -> Result<ImageList, Error> {
     let mut rows: Vec<(i64, Option<String>)> = Vec::new();
     let mut repeated = 0;
     for (index, line) in text.lines().enumerate() {
@@ -54,8 +53,9 @@ pub fn parse(file: &str, text: &str, unit: TimeUnit) -> Result<ImageList, Error>
             }
             continue;
         }
-        let time_ns =
-            nanoseconds(first, unit).ok_or_else(|| refused(file, number, format!("'{first}' is not a time")))?;
+        let Some(time_ns) = nanoseconds(first, unit) else {
+            return Err(refused(file, number, format!("'{first}' is not a time")));
+        };
         let name = fields.next().map(str::to_owned);
         match rows.last() {
             Some((last_ns, _)) if *last_ns == time_ns => repeated += 1,
@@ -110,7 +110,7 @@ pub fn at_rate(files: &[String], rate_hz: f64) -> Result<Vec<f64>, Error> {
     let numbers: Vec<u32> = numbers.unwrap_or_else(in_order);
     if let Some(place) = numbers.windows(2).position(|pair| pair[1] <= pair[0]) {
         let reason = format!("its number is not above that of {}; use rising numbers", files[place]);
-        return Err(Error::Content { file: files[place + 1].clone(), reason });
+        return Err(Error::content(&files[place + 1], reason));
     }
     Ok(numbers.iter().map(|&number| f64::from(number - numbers[0]) / rate_hz).collect())
 }
@@ -124,7 +124,7 @@ fn number_of(file: &str) -> Option<u32> {
 /// Focal lengths and principal point (fx, fy, cx, cy) of a 3 x 3 matrix, row by row. Fails on other than nine numbers, focal lengths that
 /// are not positive, or a matrix that is none of intrinsics.
 pub fn intrinsics_of_matrix(file: &str, text: &str) -> Result<[f64; 4], Error> {
-    let refused = |reason: &str| Error::Content { file: file.to_owned(), reason: reason.to_owned() };
+    let refused = |reason: &str| Error::content(file, reason);
     let fields = text.split([',', ';', ' ', '\t', '\n', '\r', '[', ']']).filter(|field| !field.is_empty());
     let numbers: Result<Vec<f64>, _> = fields.map(str::parse).collect();
     let numbers = numbers.map_err(|_| refused("holds something else than numbers; use a 3 x 3 matrix"))?;
@@ -150,19 +150,14 @@ mod tests {
 
     #[test]
     fn lists_of_three_kinds_are_read_to_the_nanosecond() {
-        let tum = times(
-            "# color images\n# timestamp filename\n1305031102.175304 rgb/1.png\n1305031102.211214 rgb/2.png\n",
-            TimeUnit::Seconds,
-        );
-        let tum = tum.unwrap();
+        let tum = "# color images\n# timestamp filename\n1305031102.175304 rgb/1.png\n1305031102.211214 rgb/2.png\n";
+        let tum = times(tum, TimeUnit::Seconds).unwrap();
         assert_eq!(tum.names, ["rgb/1.png", "rgb/2.png"]);
         // Whole nanoseconds times 1e-9: one rounding.
         assert!((tum.times_s[1] - 0.035_910).abs() < 1e-17, "{:?}", tum.times_s);
-        let euroc = times(
-            "#timestamp [ns],filename\n1403636579763555584,a.png\n1403636579813555456,b.png\n",
-            TimeUnit::Nanoseconds,
-        );
-        assert!((euroc.unwrap().times_s[1] - 0.049_999_872).abs() < 1e-17);
+        let euroc = "#timestamp [ns],filename\n1403636579763555584,a.png\n1403636579813555456,b.png\n";
+        let euroc = times(euroc, TimeUnit::Nanoseconds).unwrap();
+        assert!((euroc.times_s[1] - 0.049_999_872).abs() < 1e-17);
         let own = times("time_s\n0\n.5\n1e0\n", TimeUnit::Seconds).unwrap();
         assert_eq!((own.times_s.as_slice(), own.names.len()), ([0.0, 0.5, 1.0].as_slice(), 0));
         assert_eq!(times("t_ns\n5000000000\n6000000000\n", TimeUnit::Seconds).unwrap().times_s, [0.0, 1.0]);

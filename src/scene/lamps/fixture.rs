@@ -6,10 +6,10 @@ use super::super::bulb::Bulb;
 use super::super::chance::frame;
 use super::super::geometry::Scene;
 use super::super::light::{BLACKBODY_K, Illuminant};
-use super::super::mesh::{Material, Mesh, Vertex};
-use super::super::vectors::{area_m2, unit};
+use super::super::mesh::{Material, Mesh, Vertex, pushed};
+use super::super::vectors::unit;
 use crate::error::Error;
-use crate::num::{f32_from_u32, f32_nearest, u32_from};
+use crate::num::{f32_from_u32, f32_nearest, index, u32_from};
 
 /// A lamp: a ball, or a rectangle that shines to one side. It gives the same luminance in every direction (Lambert).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -59,23 +59,18 @@ impl Lamp {
         }
         let edge = |edge: f32| (0.001..=100.0).contains(&edge);
         match (self.radius_m, self.size_m) {
-            (Some(radius), None) if !edge(radius) => {
-                return refuse("radius_m", radius.to_string(), "use 0.001 to 100");
-            }
-            (None, Some(size)) if !size.iter().all(|&side| edge(side)) => {
-                return refuse("size_m", format!("{size:?}"), "use 0.001 to 100 each");
-            }
-            (Some(_), None) | (None, Some(_)) => {}
+            (Some(radius), None) if edge(radius) => {}
+            (Some(radius), None) => return refuse("radius_m", radius.to_string(), "use 0.001 to 100"),
+            (None, Some(size)) if size.iter().all(|&side| edge(side)) => {}
+            (None, Some(size)) => return refuse("size_m", format!("{size:?}"), "use 0.001 to 100 each"),
             _ => return refuse("radius_m", "".to_owned(), "use exactly one of radius_m and size_m"),
         }
-        if let Some(direction) = self.direction {
-            if self.size_m.is_none() {
-                let reason = "a ball shines to all sides; add size_m, or leave it out";
-                return refuse("direction", format!("{direction:?}"), reason);
-            }
-            if unit(direction).is_none() {
-                return refuse("direction", format!("{direction:?}"), "use three finite numbers, not all 0");
-            }
+        if let Some(direction) = self.direction.filter(|_| self.size_m.is_none()) {
+            let would_do = "a ball shines to all sides; add size_m, or leave it out";
+            return refuse("direction", format!("{direction:?}"), would_do);
+        }
+        if let Some(direction) = self.direction.filter(|&direction| unit(direction).is_none()) {
+            return refuse("direction", format!("{direction:?}"), "use three finite numbers, not all 0");
         }
         if !(1e-6..=1e9).contains(&self.flux_lm) {
             return refuse("flux_lm", self.flux_lm.to_string(), "use 1e-6 to 1e9");
@@ -88,24 +83,20 @@ impl Lamp {
 
     /// Adds its triangles, and a material that gives its flux over their area: M = flux / area, L = M / pi.
     fn append_to(&self, mesh: &mut Mesh, name: String, illuminant: Illuminant) {
-        let material = u32_from(mesh.materials.len());
         let plain = Material::plain(&name, [0.0; 3]);
         let bulb = self.radius_m.filter(|&radius_m| radius_m <= BULB_RADIUS_MAX_M);
         let bulb = bulb.map(|radius_m| Bulb { centre_m: self.position_m, radius_m, cone: None });
-        mesh.materials.push(Material { double_sided: false, bulb, ..plain });
+        let material = pushed(&mut mesh.materials, Material { double_sided: false, bulb, ..plain });
         let first = mesh.triangles.len();
-        match (self.radius_m, self.size_m) {
-            (Some(radius_m), _) => append_ball(mesh, material, self.position_m, radius_m),
-            (None, size_m) => {
-                let size_m = size_m.expect("a lamp was checked to have a shape");
-                append_rectangle(mesh, material, self.position_m, size_m, self.direction.unwrap_or([0.0, -1.0, 0.0]));
-            }
+        if let Some(radius_m) = self.radius_m {
+            append_ball(mesh, material, self.position_m, radius_m);
+        } else {
+            let size_m = self.size_m.expect("a lamp was checked to have a shape");
+            append_rectangle(mesh, material, self.position_m, size_m, self.direction.unwrap_or([0.0, -1.0, 0.0]));
         }
-        let area_m2: f64 =
-            (first..mesh.triangles.len()).fold(0.0, |sum, piece| sum + f64::from(area_m2(mesh.corners_m(piece))));
-        let luminance = self.flux_lm / (std::f64::consts::PI * area_m2);
+        let luminance = self.flux_lm / (std::f64::consts::PI * mesh.area_from_m2(first));
         let colour = self.cct_k.map_or([1.0; 4], |kelvin| illuminant.lux_equivalents_of_blackbody(kelvin));
-        mesh.materials.last_mut().expect("one was pushed").emission = colour.map(|band| f32_nearest(band * luminance));
+        mesh.materials[index(material)].emission = colour.map(|band| f32_nearest(band * luminance));
     }
 }
 
@@ -172,18 +163,11 @@ impl Scene {
 mod tests {
     use super::*;
     use crate::scene::light::BANDS;
+    use crate::scene::vectors::{area_m2, unit_normal};
 
     fn lamp() -> Lamp {
-        let position_m = [0.0, 1.0, 0.0];
-        Lamp {
-            position_m,
-            radius_m: Some(0.05),
-            size_m: None,
-            direction: None,
-            flux_lm: 800.0,
-            cct_k: None,
-            flickers: true,
-        }
+        let (position_m, radius_m) = ([0.0, 1.0, 0.0], Some(0.05));
+        Lamp { position_m, radius_m, size_m: None, direction: None, flux_lm: 800.0, cct_k: None, flickers: true }
     }
 
     fn flux_of(lamp: &Lamp) -> f64 {
@@ -195,7 +179,7 @@ mod tests {
             sum += f64::from(area_m2(mesh.corners_m(piece))) * std::f64::consts::PI * emission;
             // All triangles look away from the middle.
             let corners = mesh.corners_m(piece);
-            let normal = crate::scene::mesh::unit_normal(corners).unwrap();
+            let normal = unit_normal(corners).unwrap();
             let out: f32 = (0..3).map(|axis| (corners[0][axis] - lamp.position_m[axis]) * normal[axis]).sum();
             assert!(out > -1e-6, "{out}");
         }

@@ -7,9 +7,7 @@ use super::plan::{StreetMaterials, between, draw, fits};
 use crate::draw::DrawKey;
 use crate::num::{f32_from_u32, index, u64_from};
 
-/// Height of a ground floor.
 const GROUND_M: f32 = 3.7;
-/// Height of an upper floor.
 const FLOOR_M: f32 = 3.1;
 /// Depth of windows behind the front.
 const REVEAL_M: f32 = 0.22;
@@ -82,8 +80,9 @@ fn build(builder: &mut Builder, stuff: &StreetMaterials, house: &House) {
         }
     }
     let wall = &house.wall;
-    builder.on_wall(stuff.plinth, wall, [house.span[0], house.span[0] + 0.3], [-0.12, GROUND_M], [-0.07, 0.0]);
-    builder.on_wall(stuff.plinth, wall, [house.span[1] - 0.3, house.span[1]], [-0.12, GROUND_M], [-0.07, 0.0]);
+    for edge in [[house.span[0], house.span[0] + 0.3], [house.span[1] - 0.3, house.span[1]]] {
+        builder.on_wall(stuff.plinth, wall, edge, [-0.12, GROUND_M], [-0.07, 0.0]);
+    }
     for storey in 1..=house.storeys {
         let y = GROUND_M + FLOOR_M * f32_from_u32(storey - 1);
         builder.on_wall(stuff.trim, wall, house.span, [y - 0.1, y + 0.08], [-0.09, 0.0]);
@@ -92,7 +91,6 @@ fn build(builder: &mut Builder, stuff: &StreetMaterials, house: &House) {
     top(builder, stuff, house);
 }
 
-/// Height of the eaves.
 fn eaves_m(house: &House) -> f32 {
     GROUND_M + FLOOR_M * f32_from_u32(house.storeys)
 }
@@ -120,28 +118,19 @@ fn window(builder: &mut Builder, stuff: &StreetMaterials, house: &House, span: [
     };
     let has_balcony = storey == house.balcony && draw(house.key, 10, 2) == 0;
     let sill_m = low_m
-        + if has_balcony {
-            0.2
-        } else if storey == 0 {
-            1.2
-        } else {
-            0.9
+        + match storey {
+            _ if has_balcony => 0.2,
+            0 => 1.2,
+            _ => 0.9,
         };
     let spring_m = low_m + height_m - 0.5 - house.rise_m;
     let middle_m = 0.5 * (span[0] + span[1]);
     let opening = Opening { middle_m, half_m: 0.54, sill_m, spring_m, rise_m: house.rise_m };
-    let faces = [house.front, stuff.trim];
-    builder.pierced(
-        faces,
-        &house.wall,
-        span,
-        [if storey == 0 { -0.12 } else { low_m }, low_m + height_m],
-        &opening,
-        REVEAL_M,
-    );
-    glazing(builder, stuff, &house.wall, &opening, REVEAL_M);
-    let [low, high] = [middle_m - opening.half_m, middle_m + opening.half_m];
     let wall = &house.wall;
+    let heights = [if storey == 0 { -0.12 } else { low_m }, low_m + height_m];
+    builder.pierced([house.front, stuff.trim], wall, span, heights, &opening, REVEAL_M);
+    glazing(builder, stuff, wall, &opening, REVEAL_M);
+    let [low, high] = opening.span();
     builder.on_wall(stuff.trim, wall, [low - 0.12, high + 0.12], [sill_m - 0.09, sill_m], [-0.13, 0.05]);
     if house.rise_m > 0.0 {
         builder.archivolt(stuff.trim, wall, &opening, 0.14, 0.05);
@@ -165,7 +154,7 @@ fn window(builder: &mut Builder, stuff: &StreetMaterials, house: &House, span: [
 
 /// Glass behind a frame with a cross.
 fn glazing(builder: &mut Builder, stuff: &StreetMaterials, wall: &Wall, opening: &Opening, depth_m: f32) {
-    let [low, high] = [opening.middle_m - opening.half_m, opening.middle_m + opening.half_m];
+    let [low, high] = opening.span();
     let (sill, top) = (opening.sill_m, opening.top_m());
     builder.face(stuff.glass, wall, [low, high], [sill, top], depth_m);
     let behind = [depth_m - 0.06, depth_m - 0.01];
@@ -231,7 +220,7 @@ fn entrance(builder: &mut Builder, stuff: &StreetMaterials, house: &House, span:
     builder.pierced([house.front, stuff.trim], &house.wall, span, [-0.12, GROUND_M], &opening, depth_m);
     builder.archivolt(stuff.trim, &house.wall, &opening, 0.2, 0.07);
     let wall = &house.wall;
-    let [low, high] = [middle_m - opening.half_m, middle_m + opening.half_m];
+    let [low, high] = opening.span();
     let leaf = stuff.doors[index(draw(house.key, 11, 2))];
     builder.face(leaf, wall, [low, high], [0.0, 2.3], depth_m);
     builder.face(stuff.glass, wall, [low, high], [2.3, opening.top_m()], depth_m);
@@ -241,13 +230,8 @@ fn entrance(builder: &mut Builder, stuff: &StreetMaterials, house: &House, span:
             builder.on_wall(leaf, wall, [a, b], [y0, y1], [depth_m - 0.035, depth_m]);
         }
     }
-    builder.on_wall(
-        stuff.iron,
-        wall,
-        [middle_m + 0.03, middle_m + 0.06],
-        [1.0, 1.14],
-        [depth_m - 0.09, depth_m - 0.03],
-    );
+    let handle = [middle_m + 0.03, middle_m + 0.06];
+    builder.on_wall(stuff.iron, wall, handle, [1.0, 1.14], [depth_m - 0.09, depth_m - 0.03]);
     builder.on_wall(stuff.kerb, wall, [low - 0.2, high + 0.2], [-0.12, 0.02], [-0.36, depth_m]);
     for side in [low - 0.2, high] {
         builder.on_wall(stuff.trim, wall, [side, side + 0.2], [0.02, 2.45], [-0.07, 0.0]);

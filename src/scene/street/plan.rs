@@ -12,12 +12,10 @@ pub(super) const END_M: f32 = 49.0;
 pub(super) const SIDE_M: f32 = 22.0;
 /// From the middle to the kerb.
 pub(super) const KERB_M: f32 = 3.6;
-/// Height of the pavement.
 pub(super) const PAVEMENT_M: f32 = 0.12;
 /// From the middle to the fronts.
 pub(super) const FRONT_M: f32 = 6.2;
 
-/// What the street is made of.
 pub(super) struct StreetMaterials {
     pub(super) fronts: Vec<Surface>,
     pub(super) trim: Surface,

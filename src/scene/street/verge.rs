@@ -1,6 +1,6 @@
 //! Objects on the pavements (trees, lanterns, bollards, bins) and in the roadway. The leaves of each tree differ.
 
-use super::super::build::{Builder, Surface};
+use super::super::build::{Builder, Surface, profile};
 use super::super::chance::frame;
 use super::super::vectors::unit;
 use super::plan::{HALF_LENGTH_M, KERB_M, PAVEMENT_M, StreetMaterials, between, draw};
@@ -10,7 +10,6 @@ use crate::num::{f32_from_u32, index, u64_from};
 /// From the middle of the street to trees and posts.
 const POST_M: f32 = KERB_M + 0.75;
 
-/// Puts everything in its place.
 pub(super) fn place(builder: &mut Builder, stuff: &StreetMaterials) {
     let key = DrawKey::root(51).with(0x7472_6565);
     for (number, side) in [(0_u32, -1.0_f32), (1, 1.0)] {
@@ -41,11 +40,8 @@ fn tree(builder: &mut Builder, stuff: &StreetMaterials, foot: [f32; 3], key: Dra
     let height_m = between(key, 0, 2.3, 2.8);
     let fork = [foot[0] + between(key, 1, -0.12, 0.12), foot[1] + height_m, foot[2] + between(key, 2, -0.12, 0.12)];
     builder.limb(stuff.bark, [foot, fork], [0.17, 0.12], 10);
-    builder.block(
-        stuff.iron,
-        [foot[0] - 0.5, foot[1] - 0.01, foot[2] - 0.5],
-        [foot[0] + 0.5, foot[1] + 0.012, foot[2] + 0.5],
-    );
+    let [x, y, z] = foot;
+    builder.block(stuff.iron, [x - 0.5, y - 0.01, z - 0.5], [x + 0.5, y + 0.012, z + 0.5]);
     let crown = [fork[0], fork[1] + 1.7, fork[2]];
     for bough in 0..6_u32 {
         let own = key.with(100 + u64::from(bough));
@@ -82,22 +78,10 @@ fn spray_card(builder: &mut Builder, surface: Surface, middle_m: [f32; 3], facin
 
 /// A lantern on a cast-iron post with an arm over the roadway.
 fn lantern(builder: &mut Builder, stuff: &StreetMaterials, foot: [f32; 3], side: f32) {
-    let post = [
-        [0.16, 0.0],
-        [0.16, 0.1],
-        [0.11, 0.16],
-        [0.10, 0.7],
-        [0.12, 0.74],
-        [0.12, 0.8],
-        [0.065, 0.9],
-        [0.05, 2.6],
-        [0.07, 2.64],
-        [0.07, 2.7],
-        [0.045, 2.76],
-        [0.04, 3.7],
-        [0.06, 3.74],
-        [0.0, 3.86],
-    ];
+    let post = profile(
+        [0.16, 0.16, 0.11, 0.10, 0.12, 0.12, 0.065, 0.05, 0.07, 0.07, 0.045, 0.04, 0.06, 0.0],
+        [0.0, 0.1, 0.16, 0.7, 0.74, 0.8, 0.9, 2.6, 2.64, 2.7, 2.76, 3.7, 3.74, 3.86],
+    );
     builder.turned(stuff.iron, foot, &post, 16);
     let top = [foot[0], foot[1] + 3.6, foot[2]];
     let arm = [foot[0] - side * 0.7, foot[1] + 3.75, foot[2]];
@@ -109,21 +93,14 @@ fn lantern(builder: &mut Builder, stuff: &StreetMaterials, foot: [f32; 3], side:
 }
 
 fn bollard(builder: &mut Builder, stuff: &StreetMaterials, foot: [f32; 3]) {
-    let profile = [
-        [0.09, 0.0],
-        [0.09, 0.06],
-        [0.06, 0.1],
-        [0.055, 0.74],
-        [0.075, 0.77],
-        [0.075, 0.8],
-        [0.06, 0.84],
-        [0.06, 0.88],
-        [0.0, 0.95],
-    ];
-    builder.turned(stuff.iron, foot, &profile, 12);
+    let outline = profile(
+        [0.09, 0.09, 0.06, 0.055, 0.075, 0.075, 0.06, 0.06, 0.0],
+        [0.0, 0.06, 0.1, 0.74, 0.77, 0.8, 0.84, 0.88, 0.95],
+    );
+    builder.turned(stuff.iron, foot, &outline, 12);
 }
 
 fn bin(builder: &mut Builder, stuff: &StreetMaterials, foot: [f32; 3]) {
-    let profile = [[0.18, 0.0], [0.2, 0.02], [0.22, 0.78], [0.235, 0.79], [0.235, 0.84], [0.2, 0.84], [0.0, 0.7]];
-    builder.turned(stuff.shutters[0], foot, &profile, 16);
+    let outline = [[0.18, 0.0], [0.2, 0.02], [0.22, 0.78], [0.235, 0.79], [0.235, 0.84], [0.2, 0.84], [0.0, 0.7]];
+    builder.turned(stuff.shutters[0], foot, &outline, 16);
 }

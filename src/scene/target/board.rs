@@ -1,11 +1,13 @@
 //! Boards with known edges: patches of known reflectance whose borders are edges of triangles.
 
+use std::f64::consts::TAU;
+
 use super::super::geometry::Scene;
 use super::super::light::BANDS;
-use super::super::mesh::{Material, Mesh};
+use super::super::mesh::{Material, Mesh, Vertex, pushed};
 use super::params::Wish;
 use crate::error::Error;
-use crate::num::{f32_nearest, f64_from_usize, lesser, u32_from, u32_truncated, u64_truncated};
+use crate::num::{f32_nearest, f64_from_usize, index, lesser, u32_from, u32_truncated};
 
 /// The keys that every board reads.
 const PLACE: [&str; 2] = ["target_distance_m", "target_size_m"];
@@ -46,17 +48,21 @@ impl Board {
             board.mesh.append_quad(around, *corners_m, [1.0, 1.0]);
         }
         let (h, far) = (0.5 * size_m, f64::from(half_m));
-        for [left, top, right, bottom] in
-            [[-far, -far, far, -h], [-far, h, far, far], [-far, -h, -h, h], [h, -h, far, h]]
-        {
-            board.rectangle(around, [left, top], [right, bottom]);
-        }
+        board.frame(around, far, h);
         Ok(board)
     }
 
+    /// A square with a square hole, by half their edges.
+    fn frame(&mut self, material: u32, outer: f64, inner: f64) {
+        self.rectangle(material, [-outer, -outer], [outer, -inner]);
+        self.rectangle(material, [-outer, inner], [outer, outer]);
+        self.rectangle(material, [-outer, -inner], [-inner, inner]);
+        self.rectangle(material, [inner, -inner], [outer, inner]);
+    }
+
     fn patch_material(&mut self, reflectance: f64) -> u32 {
-        self.mesh.materials.push(Material::plain(&format!("{reflectance}"), [f32_nearest(reflectance); 3]));
-        u32_from(self.mesh.materials.len() - 1)
+        let material = Material::plain(&format!("{reflectance}"), [f32_nearest(reflectance); 3]);
+        pushed(&mut self.mesh.materials, material)
     }
 
     fn point(&self, [x, y]: [f64; 2], before_m: f64) -> [f32; 3] {
@@ -115,9 +121,9 @@ pub fn slanted_edge(wish: &Wish) -> Result<Scene, Error> {
 /// ISO 14524's grey scale as upright bars from light on the left to dark on the right, equal steps of density.
 pub fn grey_wedge(wish: &Wish) -> Result<Scene, Error> {
     let mut board = Board::new("grey_wedge", wish, &["target_steps", "target_contrast"])?;
-    let steps = u64_truncated(wish.get("target_steps", 12.0, 2.0, 64.0)?);
+    let steps = index(u32_truncated(wish.get("target_steps", 12.0, 2.0, 64.0)?));
     let contrast = wish.get("target_contrast", 40.0, 1.0, 10_000.0)?;
-    let (h, steps) = (0.5 * board.size_m, usize::try_from(steps).unwrap_or(2));
+    let h = 0.5 * board.size_m;
     let edge = |step: usize| h * (2.0 * f64_from_usize(step) / f64_from_usize(steps) - 1.0);
     for step in 0..steps {
         let share = f64_from_usize(step) / f64_from_usize(steps - 1);
@@ -143,11 +149,7 @@ pub fn checkerboard(wish: &Wish) -> Result<Scene, Error> {
         }
     }
     if rim < h {
-        for [left, top, right, bottom] in
-            [[-h, -h, h, -rim], [-h, rim, h, h], [-h, -rim, -rim, rim], [rim, -rim, h, rim]]
-        {
-            board.rectangle(0, [left, top], [right, bottom]);
-        }
+        board.frame(0, h, rim);
     }
     board.scene("checkerboard")
 }
@@ -160,7 +162,7 @@ fn whole(size_m: f64, square_m: f64, most: f64) -> Result<usize, Error> {
         let reason = format!("too small for a board of {size_m} m; use {least_m} or more");
         return Err(Error::key("scene.target_square_m", square_m, reason));
     }
-    Ok(crate::num::index(u32_truncated(count)).max(1))
+    Ok(index(u32_truncated(count)).max(1))
 }
 
 /// A grid of small discs of known intensity before a board of the stated reflectance.
@@ -174,10 +176,10 @@ pub fn point_sources(wish: &Wish) -> Result<Scene, Error> {
     let glow = board.patch_material(0.0);
     let side = f64_from_usize(DISC_SIDES);
     let radius_m = 0.5 * point_m;
-    let area_m2 = 0.5 * side * radius_m * radius_m * libm::sin(std::f64::consts::TAU / side);
+    let area_m2 = 0.5 * side * radius_m * radius_m * libm::sin(TAU / side);
     // `evenly_lit` makes one unit of emission a luminance of as many cd/m^2 as there are lux.
     let emission = intensity_cd / (area_m2 * wish.illuminance_lux);
-    let material = &mut board.mesh.materials[crate::num::index(glow)];
+    let material = &mut board.mesh.materials[index(glow)];
     (material.emission, material.double_sided) = ([f32_nearest(emission); BANDS], false);
     let count = whole(board.size_m, step_m, SOURCES_MAX)?;
     let middle = 0.5 * (f64_from_usize(count) - 1.0);
@@ -195,19 +197,11 @@ impl Board {
     fn disc(&mut self, material: u32, [x, y]: [f64; 2], radius_m: f64) {
         let normal = [0.0, 0.0, -1.0];
         let rim = (0..DISC_SIDES).map(|side| {
-            let (sine, cosine) =
-                libm::sincos(std::f64::consts::TAU * f64_from_usize(side) / f64_from_usize(DISC_SIDES));
+            let (sine, cosine) = libm::sincos(TAU * f64_from_usize(side) / f64_from_usize(DISC_SIDES));
             [x + radius_m * cosine, y + radius_m * sine]
         });
-        let vertices: Vec<_> = [[x, y]]
-            .into_iter()
-            .chain(rim)
-            .map(|at| super::super::mesh::Vertex {
-                position_m: self.point(at, 1e-3 * self.distance_m),
-                normal,
-                uv: [0.0; 2],
-            })
-            .collect();
+        let vertex = |at| Vertex { position_m: self.point(at, 1e-3 * self.distance_m), normal, uv: [0.0; 2] };
+        let vertices: Vec<_> = [[x, y]].into_iter().chain(rim).map(vertex).collect();
         let sides = u32_from(DISC_SIDES);
         let triangles: Vec<_> = (0..sides).map(|side| [0, 1 + side, 1 + (side + 1) % sides]).collect();
         self.mesh.append(material, vertices, &triangles).expect("a disc made here is sound");

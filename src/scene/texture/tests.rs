@@ -140,14 +140,10 @@ fn bilinear(level: &MipLevel, wrap: [Wrap; 2], uv: [f64; 2]) -> [f64; BANDS] {
 /// A footprint's mean, place by place.
 fn over_by_definition(texture: &Texture, uv: [f32; 2], footprint: &Footprint) -> [f64; BANDS] {
     let (level, share) = texture.level_of(footprint.area_texels2);
-    let share = f64::from(share);
-    let snap = f64::from(footprint.snap);
-    let share = if share <= snap {
-        0.0
-    } else if share >= 1.0 - snap {
-        1.0
-    } else {
-        share
+    let share = match (f64::from(share), f64::from(footprint.snap)) {
+        (share, snap) if share <= snap => 0.0,
+        (share, snap) if share >= 1.0 - snap => 1.0,
+        (share, _) => share,
     };
     let mut mean = [0.0; BANDS];
     for tap in 0..footprint.taps {
