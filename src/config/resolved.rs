@@ -52,11 +52,7 @@ impl Resolved {
     ) -> Result<Self, Error> {
         let mut chosen = Tree::parse("defaults", super::presets::DEFAULTS)?;
         let mut user = Tree::parse(file, text)?;
-        let mut assigned = Tree::default();
-        for assignment in assignments {
-            assigned.merge(Tree::from_assignment(assignment)?);
-        }
-        user.merge_exclusive(assigned, EXCLUSIVE);
+        user.merge_exclusive(assigned(assignments)?, EXCLUSIVE);
         let mut preview = chosen.clone();
         preview.merge_exclusive(user.clone(), EXCLUSIVE);
         for (key, kind) in
@@ -83,12 +79,8 @@ impl Resolved {
 
     /// The same with further assignments over all layers. They may not name another preset.
     pub fn with(&self, assignments: &[String]) -> Result<Self, Error> {
-        let mut assigned = Tree::default();
-        for assignment in assignments {
-            assigned.merge(Tree::from_assignment(assignment)?);
-        }
         let mut tree = self.tree.clone();
-        tree.merge_exclusive(assigned, EXCLUSIVE);
+        tree.merge_exclusive(assigned(assignments)?, EXCLUSIVE);
         let technology_files = self.technology_files.clone();
         Ok(Self { scenario: typed(&tree)?, tree, below: self.below.clone(), technology_files })
     }
@@ -96,6 +88,14 @@ impl Resolved {
     /// Whether the user gave a key another value than defaults and presets do.
     pub fn is_changed(&self, key: &str) -> bool {
         self.tree.get(key) != self.below.get(key)
+    }
+
+    /// Refuses a key that is off and that the user changed, with what would make it act.
+    pub(super) fn check_idle(&self, is_off: bool, key: &str, would_do: &str) -> Result<(), Error> {
+        if is_off && self.is_changed(key) {
+            return Err(Error::key(key, "", format!("has no effect here; use {would_do}, or leave it out")));
+        }
+        Ok(())
     }
 
     /// The effective configuration as TOML, keys sorted. It gives the same run again.
@@ -124,6 +124,14 @@ impl Resolved {
     pub fn hash(&self) -> String {
         blake3::hash(self.recorded_text().as_bytes()).to_hex().to_string()
     }
+}
+
+fn assigned(assignments: &[String]) -> Result<Tree, Error> {
+    let mut assigned = Tree::default();
+    for assignment in assignments {
+        assigned.merge(Tree::from_assignment(assignment)?);
+    }
+    Ok(assigned)
 }
 
 fn typed(tree: &Tree) -> Result<Scenario, Error> {
