@@ -51,6 +51,13 @@ pub(super) fn section(heading: &str, lead: &str, content: &str) -> String {
     format!("<section><h2>{heading}</h2><p class=\"soft\">{lead}</p>{content}</section>")
 }
 
+/// A table that scrolls sideways where it is too wide.
+pub(super) fn scrolled(head: &str, rows: &str) -> String {
+    format!(
+        "<div class=\"scroll\" tabindex=\"0\"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>"
+    )
+}
+
 pub(super) fn pair(left: &str, right: &str) -> String {
     format!("<div class=\"pair\">{left}{right}</div>")
 }
@@ -288,17 +295,19 @@ fn profiles(record: &Characterization, is_dark: bool) -> String {
     section(heading, "Means of columns and of rows about the mean of all.", &chart(&axes, &series))
 }
 
+/// A spectrogram over cycles a pixel, without its value at 0.
+pub(super) fn over_frequency(power: Vec<f64>) -> Vec<(f64, f64)> {
+    let last = 2.0 * f64_from_usize(power.len() - 1);
+    (0_u32..).zip(power).skip(1).map(|(place, power)| (f64::from(place) / last, power)).collect()
+}
+
 fn spectra(record: &Characterization, is_dark: bool) -> String {
     let (values, heading, label) = if is_dark {
         (&record.dark_map_dn, "Dark spectrograms", "power in DN\u{b2}")
     } else {
         (&record.response_map_percent, "Response spectrograms", "power in %\u{b2}")
     };
-    let points = |is_vertical: bool| {
-        let power = record.spectrum(values, is_vertical);
-        let last = 2.0 * f64_from_usize(power.len() - 1);
-        (0_u32..).zip(power).skip(1).map(|(place, power)| (f64::from(place) / last, power)).collect()
-    };
+    let points = |is_vertical: bool| over_frequency(record.spectrum(values, is_vertical));
     let axes = Axes { title: heading, x_label: "cycles a pixel", y_label: label, y_log: true, ..Axes::default() };
     let series = [line("horizontal", Ink::One, points(false)), line("vertical", Ink::Two, points(true))];
     section(
@@ -384,16 +393,12 @@ fn figures(record: &Characterization) -> String {
         )
     };
     let rows: String = record.figures.iter().map(row).collect();
+    let head = "<th>figure</th><th>meaning</th><th class=\"num\">measured</th><th class=\"num\">standard error</th>\
+                <th class=\"num\">expected, 4.5 standard errors</th><th class=\"num\">configured</th>";
     section(
         "Figures",
         "Measured on the frames, with the standard error that their number leaves, beside what the configuration implies.",
-        &format!(
-            "<div class=\"scroll\" tabindex=\"0\"><table><thead><tr><th>figure</th><th>meaning</th><th class=\"num\">measured</th>\
-             <th class=\"num\">standard error</th><th class=\"num\">expected, 4.5 standard errors</th>\
-             <th class=\"num\">configured</th></tr></thead>\
-             <tbody>{rows}</tbody></table></div>{}",
-            reasons(record)
-        ),
+        &(scrolled(head, &rows) + &reasons(record)),
     )
 }
 

@@ -22,7 +22,7 @@ pub const SIGMAS: f64 = 4.5;
 /// Dark noise before the converter, in DN, below which quantisation hides it (DESIGN, section 2).
 pub const DARK_SIGMA_MIN_DN: f64 = 0.3;
 
-/// Share of dark codes that may clip (release 4.0, section 6: black level).
+/// Share of dark codes that may clip before the black level cannot be told (release 4.0, section 6: black level).
 pub const DARK_CLIPPED_MAX: f64 = 0.005;
 
 /// Share of saturation that dark charge may fill before light is not measurable.
