@@ -1,7 +1,7 @@
 //! The host's picture of the link: frames that are open, and what was decoded.
 
 use super::super::checks::{HeaderCheck, check_header, crc16};
-use super::super::packet::{CRC_BYTES, DataType, HEADER_BYTES, is_long};
+use super::super::packet::{CRC_BYTES, DataType, HEADER_BYTES};
 use super::decoded::Decoded;
 use super::frame::Open;
 use crate::num::u64_from;
@@ -17,6 +17,16 @@ pub(super) struct HostDecoder<'a> {
 impl<'a> HostDecoder<'a> {
     pub(super) fn new(wants_pictures: bool, open: Option<Open<'a>>) -> Self {
         Self { decoded: Decoded::default(), open, is_fresh: false, wants_pictures }
+    }
+
+    /// Decodes a stream up to its end.
+    pub(super) fn decode_all(mut self, bytes: &'a [u8]) -> Decoded {
+        let mut at = 0;
+        while at < bytes.len() {
+            at += self.step(&bytes[at..]);
+        }
+        self.close();
+        self.decoded
     }
 
     /// Takes a packet, or skips to the next one that can be believed. Gives back how many bytes that were, at least one.
@@ -48,7 +58,7 @@ impl<'a> HostDecoder<'a> {
         let Some(data_type) = DataType::from_number(header[0] & 0x3F) else {
             return self.refuse_header();
         };
-        if !is_long(data_type.number()) {
+        if data_type.is_short() {
             self.decoded.counts.packets += 1;
             self.short(channel, data_type, field);
             return Some(HEADER_BYTES);
@@ -147,7 +157,7 @@ impl<'a> HostDecoder<'a> {
         }
     }
 
-    pub(super) fn close(&mut self) {
+    fn close(&mut self) {
         if let Some(open) = self.open.take() {
             let (frame, rows_lost, doubled) = open.finish(self.wants_pictures);
             self.decoded.counts.frames_damaged += u64::from(!frame.whole);
