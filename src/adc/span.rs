@@ -4,9 +4,8 @@ use super::params::AdcParams;
 use crate::error::Error;
 use crate::num::{greater, lesser};
 
-/// Greatest gain of a ramp.
+/// Greatest and least gain of a ramp.
 pub(super) const GAIN_MOST: f64 = 1000.0;
-/// Least gain of a ramp.
 pub(super) const GAIN_LEAST: f64 = 0.001;
 
 /// An end of a range with six significant digits, moved into the range, so that what a message names is accepted.

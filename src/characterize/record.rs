@@ -88,7 +88,6 @@ pub struct Characterization {
     measured: Figures,
 }
 
-/// Unit of a figure.
 pub(super) fn unit(name: &str) -> &'static str {
     match name {
         "K" => "DN/e-",

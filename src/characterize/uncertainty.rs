@@ -19,15 +19,10 @@ use crate::num::{f64_from_usize, greater};
 /// lines share, of which there are only as many draws as lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DieErrors {
-    /// Of the mean.
     pub mean_dn: f64,
-    /// Of the temporal variance.
     pub variance_dn2: f64,
-    /// Noise that lines share.
     pub shared: SharedVariance,
-    /// Rows of a frame.
     pub rows: f64,
-    /// Columns of a frame.
     pub columns: f64,
 }
 

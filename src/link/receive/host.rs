@@ -35,7 +35,8 @@ impl<'a> HostDecoder<'a> {
         if let Some(length) = self.packet(bytes) {
             return length;
         }
-        let skipped = (1 + self.next_packet(&bytes[1..])).min(bytes.len());
+        let next = (1..bytes.len()).find(|&at| self.believable(&bytes[at..]));
+        let skipped = next.unwrap_or(bytes.len());
         self.skip(skipped);
         skipped
     }
@@ -92,11 +93,6 @@ impl<'a> HostDecoder<'a> {
         if let Some(open) = &mut self.open {
             open.damaged = true;
         }
-    }
-
-    /// Bytes before the next packet that can be believed; all of them if there is none.
-    fn next_packet(&self, bytes: &[u8]) -> usize {
-        (0..bytes.len()).find(|&at| self.believable(&bytes[at..])).unwrap_or(bytes.len())
     }
 
     fn believable(&self, bytes: &[u8]) -> bool {
