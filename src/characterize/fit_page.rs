@@ -194,11 +194,8 @@ fn histogram(heading: &str, stacks: [&StackSums; 2]) -> String {
     let axes = Axes { title: heading, x_label: "DN", y_label: &y_label, from_zero: true, ..Axes::default() };
     let lead =
         format!("All frames of the stack. {} % of the codes lie elsewhere in the simulated ones.", significant(moved));
-    section(
-        heading,
-        &lead,
-        &chart(&axes, &[line("measured", Ink::One, measured), line("simulated", Ink::Two, simulated)]),
-    )
+    let series = [line("measured", Ink::One, measured), line("simulated", Ink::Two, simulated)];
+    section(heading, &lead, &chart(&axes, &series))
 }
 
 /// Codes that hold all but a thousandth at either end, of both stacks.
@@ -264,11 +261,8 @@ fn spectrum(heading: &str, lead: &str, unit: &str, sides: [Vec<f64>; 2]) -> Stri
     let y_label = format!("power in {unit}");
     let axes = Axes { title: heading, x_label: "cycles a pixel", y_label: &y_label, y_log: true, ..Axes::default() };
     let [measured, simulated] = sides.map(over_frequency);
-    section(
-        heading,
-        lead,
-        &chart(&axes, &[line("measured", Ink::One, measured), line("simulated", Ink::Two, simulated)]),
-    )
+    let series = [line("measured", Ink::One, measured), line("simulated", Ink::Two, simulated)];
+    section(heading, lead, &chart(&axes, &series))
 }
 
 /// The first rows and columns of both sides' first frames and means, each pair on one scale of grey.

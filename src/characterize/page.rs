@@ -126,11 +126,8 @@ fn transfer(record: &Characterization) -> String {
         line(&slope, Ink::Two, vec![(0.0, 0.0), (last, k * last)]),
         dots("saturation: greatest variance", Ink::Three, vec![shot(full)]),
     ];
-    section(
-        "Photon transfer",
-        "Shot noise grows in proportion to the signal; the slope is the overall gain K, the peak is saturation.",
-        &chart(&axes, &series),
-    )
+    let lead = "Shot noise grows in proportion to the signal; the slope is the overall gain K, the peak is saturation.";
+    section("Photon transfer", lead, &chart(&axes, &series))
 }
 
 /// Temporal SNR as measured, its formula from the measured figures, the total with patterns, and the limit of an ideal sensor.
@@ -197,11 +194,9 @@ fn deviations(record: &Characterization) -> String {
     let axes =
         Axes { title: "Linearity error", x_label: "photons a pixel", y_label: "deviation in %", ..Axes::default() };
     let ends = [points.first(), points.last()].into_iter().flatten().map(|point| (point.0, 0.0)).collect();
-    section(
-        "Linearity",
-        "Relative deviation from the line of least relative deviation, 5 to 95 % of saturation.",
-        &chart(&axes, &[line("no deviation", Ink::Two, ends), dots("measured", Ink::One, points)]),
-    )
+    let series = [line("no deviation", Ink::Two, ends), dots("measured", Ink::One, points)];
+    let lead = "Relative deviation from the line of least relative deviation, 5 to 95 % of saturation.";
+    section("Linearity", lead, &chart(&axes, &series))
 }
 
 /// At most a thousand points: of each run of codes that one stands for, the value farthest from 0.
@@ -310,11 +305,8 @@ fn spectra(record: &Characterization, is_dark: bool) -> String {
     let points = |is_vertical: bool| over_frequency(record.spectrum(values, is_vertical));
     let axes = Axes { title: heading, x_label: "cycles a pixel", y_label: label, y_log: true, ..Axes::default() };
     let series = [line("horizontal", Ink::One, points(false)), line("vertical", Ink::Two, points(true))];
-    section(
-        heading,
-        "White patterns are flat; rows or columns that differ lift one of the two.",
-        &chart(&axes, &series),
-    )
+    let lead = "White patterns are flat; rows or columns that differ lift one of the two.";
+    section(heading, lead, &chart(&axes, &series))
 }
 
 fn histogram(found: &Histogram, heading: &str, label: &str) -> String {
@@ -324,11 +316,8 @@ fn histogram(found: &Histogram, heading: &str, label: &str) -> String {
     let normal = normal.filter(|(_, count)| *count >= 0.3).collect();
     let axes = Axes { title: heading, x_label: label, y_label: "pixels", y_log: true, ..Axes::default() };
     let lead = format!("{} pixels lie beyond five standard deviations.", found.beyond_5_sigma);
-    section(
-        heading,
-        &lead,
-        &chart(&axes, &[dots("pixels", Ink::One, counts), line("normal of the same variance", Ink::Two, normal)]),
-    )
+    let series = [dots("pixels", Ink::One, counts), line("normal of the same variance", Ink::Two, normal)];
+    section(heading, &lead, &chart(&axes, &series))
 }
 
 /// What a figure is, for a reader of the table.

@@ -1,8 +1,9 @@
 //! A scenario with its defaults, checked, and the origin of every value.
 
+use super::presets::{self, PresetKind};
 use super::scenario::Scenario;
-use super::suggest;
 use super::tree::Tree;
+use super::{sensor_file, suggest};
 use crate::error::Error;
 use std::collections::BTreeMap;
 
@@ -50,25 +51,23 @@ impl Resolved {
         assignments: &[String],
         read: &dyn Fn(&str) -> Result<Vec<u8>, Error>,
     ) -> Result<Self, Error> {
-        let mut chosen = Tree::parse("defaults", super::presets::DEFAULTS)?;
+        let mut chosen = Tree::parse("defaults", presets::DEFAULTS)?;
         let mut user = Tree::parse(file, text)?;
         user.merge_exclusive(assigned(assignments)?, EXCLUSIVE);
         let mut preview = chosen.clone();
         preview.merge_exclusive(user.clone(), EXCLUSIVE);
-        for (key, kind) in
-            [("sensor.preset", super::presets::PresetKind::Sensor), ("optics.preset", super::presets::PresetKind::Lens)]
-        {
+        for (key, kind) in [("sensor.preset", PresetKind::Sensor), ("optics.preset", PresetKind::Lens)] {
             let Some(named) = preview.get(key).and_then(toml::Value::as_str) else { continue };
-            if kind == super::presets::PresetKind::Sensor && super::sensor_file::is_file(named) {
-                let [base, own] = super::sensor_file::layers(named, read)
-                    .map_err(|error| preview.locate(error.named_by(key, named)))?;
+            if kind == PresetKind::Sensor && sensor_file::is_file(named) {
+                let [base, own] =
+                    sensor_file::layers(named, read).map_err(|error| preview.locate(error.named_by(key, named)))?;
                 chosen.merge_exclusive(base, EXCLUSIVE);
                 chosen.merge_exclusive(own, EXCLUSIVE);
                 continue;
             }
-            let name = if named == super::presets::NO_PRESET { kind.base() } else { named };
-            let preset = super::presets::find(kind, name)
-                .map_err(|error| preview.locate(Error::key(key, "", error.to_string())))?;
+            let name = if named == presets::NO_PRESET { kind.base() } else { named };
+            let preset =
+                presets::find(kind, name).map_err(|error| preview.locate(Error::key(key, "", error.to_string())))?;
             chosen.merge_exclusive(Tree::parse(&format!("preset {name}"), preset.text)?, EXCLUSIVE);
         }
         let below = chosen.clone();
@@ -109,8 +108,8 @@ impl Resolved {
         let mut scenario = self.scenario.clone();
         scenario.run.threads = 0;
         // All values of a file stand in the record, which is read where the file is not.
-        if super::sensor_file::is_file(&scenario.sensor.preset) {
-            scenario.sensor.preset = super::presets::NO_PRESET.to_owned();
+        if sensor_file::is_file(&scenario.sensor.preset) {
+            scenario.sensor.preset = presets::NO_PRESET.to_owned();
         }
         toml::Table::try_from(&scenario).expect("every field has a TOML form")
     }
