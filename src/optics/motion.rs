@@ -60,7 +60,6 @@ impl Parabola {
         Turn(unrolled!(N in 12 => (of[N][1] + (share + share) * of[N][2]) * spans))
     }
 
-    /// Whether it is one pose throughout.
     fn is_still(&self) -> bool {
         self.coefficients.iter().all(|[_, b, c]| *b == 0.0 && *c == 0.0)
     }

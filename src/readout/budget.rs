@@ -47,7 +47,6 @@ impl LineDemand {
         }
     }
 
-    /// The words of the error.
     pub(super) fn words(&self) -> String {
         let time_us = 1e6 * self.time_s;
         match self.kind {
