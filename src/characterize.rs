@@ -26,7 +26,6 @@ pub mod page;
 mod map;
 pub mod record;
 pub mod set;
-mod shared;
 mod shoot;
 mod spatial;
 mod uncertainty;

@@ -213,9 +213,7 @@ fn functional<W: Word>(
     (Extracted { features, out_clk, counts, threshold, end_clk }, sequence.threshold(), sequence.queue_most())
 }
 
-/// Codes of 1 to 16 bits as words of the pipeline's: lower bits are cut off, missing ones are 0.
-///
-/// Panics on other depths. Codes are below 2^bits; higher bits of a code are cut off.
+/// Codes of 1 to 16 bits as words of the pipeline's: lower bits are cut off, missing ones are 0. Panics on other depths.
 fn to_words<W: Word>(codes: &Plane<u16>, bits: u32, pipeline_bits: u32) -> Plane<W> {
     assert!((1..=16).contains(&bits), "codes have 1 to 16 bits");
     if bits >= pipeline_bits {
@@ -233,17 +231,13 @@ fn words<W: Word>(codes: &Plane<u16>, bits: u32, params: &ExtractorParams, event
     if params.smooths(bits) { presmooth::presmooth(&words, params.pipeline_bits, events) } else { words }
 }
 
-/// Shifts codes of 1 to 16 bits to the words of a pipeline of 8 to 16.
-///
-/// Panics on other depths. Codes are below 2^bits; higher bits of a code are cut off.
+/// Shifts codes of 1 to 16 bits to the words of a pipeline of 8 to 16; bits beyond a code's depth are cut off. Panics on other depths.
 pub fn to_bits(codes: &Plane<u16>, bits: u32, pipeline_bits: u32) -> Plane<u16> {
     let mask = crate::num::low_u16((1 << pipeline_bits) - 1);
     to_words::<u16>(codes, bits, pipeline_bits).map(|word| word & mask)
 }
 
-/// Shifts codes of 1 to 16 bits to words of 8.
-///
-/// Panics on other depths. Codes are below 2^bits; higher bits of a code are cut off.
+/// Shifts codes of 1 to 16 bits to words of 8; bits beyond a code's depth are cut off. Panics on other depths.
 pub fn to_8_bits(codes: &Plane<u16>, bits: u32) -> Plane<u8> {
     to_words(codes, bits, 8)
 }

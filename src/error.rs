@@ -78,6 +78,22 @@ fn place(file: &str, line: &usize) -> String {
     }
 }
 
+/// Refuses a value outside `least..=most`, NaN included.
+pub(crate) fn within(key: &str, value: f64, least: f64, most: f64) -> Result<(), Error> {
+    if value >= least && value <= most {
+        return Ok(());
+    }
+    Err(Error::key(key, value, format!("out of range; use {least} to {most}")))
+}
+
+/// Refuses a clock that no sensor has.
+pub(crate) fn check_clock(key: &str, clock_hz: u64) -> Result<(), Error> {
+    if (1_000..=100_000_000_000).contains(&clock_hz) {
+        return Ok(());
+    }
+    Err(Error::key(key, clock_hz, "out of range; use 1000 to 100000000000 (1 kHz to 100 GHz)"))
+}
+
 impl Error {
     /// 1 the run failed, 2 usage or configuration, 3 some runs of many failed, 4 input/output, 130 stopped by the user (DESIGN:
     /// exit codes).

@@ -49,7 +49,6 @@ pub use image_lag::ImageLag;
 pub use ktc_noise::{ktc_noise, ktc_sigmas};
 #[cfg(test)]
 pub(crate) use params::tests as params_tests;
-pub(crate) use params::within;
 pub use params::{PixelParams, PixelType};
 pub use parasitic_light::{ParasiticLight, parasitic_share};
 pub use pattern::Pattern;
@@ -114,6 +113,7 @@ pub fn electrons_to_microvolts(params: &PixelParams, values: &mut [f32]) {
 #[cfg(test)]
 mod tests {
     use super::params::tests::paper_pixel;
+    use super::well_bias::tests::facts;
     use super::*;
     use crate::draw::RowPlace;
     use crate::effect::{Effect, KeptKeys, RowPass};
@@ -136,28 +136,30 @@ mod tests {
         all.into_iter().flatten().collect()
     }
 
-    /// Mean and variance of a row of equal values after one effect.
-    fn after(effect: &dyn Effect, value: f32, exposure_s: f64) -> (f64, f64) {
+    /// A row of equal values after one effect.
+    fn after(effect: &dyn Effect, value: f32, exposure_s: f64, (seed, frame, row): (u64, u32, u32)) -> Vec<f64> {
         let (mut values, mut uniforms, mut draws) = (vec![value; WIDTH], vec![0; WIDTH], vec![0.0; WIDTH]);
-        let (camera, frame, row) = (CameraIndex(0), FrameIndex(4), RowIndex(7));
-        let place = RowPlace { seed: 1, camera, frame, slot: 0, row };
-        let (values_mut, uniforms, draws) = (&mut values[..], &mut uniforms[..], &mut draws[..]);
+        let (camera, frame, row) = (CameraIndex(0), FrameIndex(frame), RowIndex(row));
         effect.apply(&mut RowPass {
-            place,
+            place: RowPlace { seed, camera, frame, slot: 0, row },
             die_seed: 2,
             exposure_s,
             storage_s: 0.0,
             readout_s: 0.0,
-            values: values_mut,
+            values: &mut values,
             reset: &mut [],
-            uniforms,
-            draws,
+            uniforms: &mut uniforms,
+            draws: &mut draws,
             keys: &KeptKeys::default(),
             full_from_e: f32::INFINITY,
             idle_px: 0,
         });
-        let mean = values.iter().map(|&value| f64::from(value)).sum::<f64>() / 4e4;
-        (mean, values.iter().map(|&value| (f64::from(value) - mean) * (f64::from(value) - mean)).sum::<f64>() / 4e4)
+        values.into_iter().map(f64::from).collect()
+    }
+
+    fn mean_and_variance(values: &[f64]) -> (f64, f64) {
+        let mean = values.iter().sum::<f64>() / 4e4;
+        (mean, values.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / 4e4)
     }
 
     /// 5 standard errors of the mean (sigma / 200) and of the variance (0.7 %, near normal): a false alarm in 1e6.
@@ -177,7 +179,7 @@ mod tests {
         let effects = effects(&params);
         assert_eq!(effects.len(), expected.len());
         for (effect, (name, mean, variance)) in effects.iter().zip(expected) {
-            let found = after(effect.as_ref(), 1000.0, 10.0);
+            let found = mean_and_variance(&after(effect.as_ref(), 1000.0, 10.0, (1, 4, 7)));
             assert_eq!(effect.name(), name);
             assert!((found.0 - mean).abs() <= 5.0 * (variance / 4e4_f64).sqrt(), "{name}: mean {} for {mean}", found.0);
             assert!((found.1 - variance).abs() <= 0.036 * variance, "{name}: variance {} for {variance}", found.1);
@@ -225,41 +227,10 @@ mod tests {
             PixelParams { full_well_e: 1000.0, prnu: 0.0, dsnu_e: 0.0, dark_current_e_per_s: 0.0, ..paper_pixel() };
         let (well, shot) = (FullWell::from_params(&params).unwrap(), ShotNoise::from_params(&params).unwrap());
         for mean_e in [0.0_f32, 500.0, 850.0, 950.0, 1000.0, 1500.0] {
-            let (mut values, mut uniforms, mut draws) = (vec![mean_e; WIDTH], vec![0; WIDTH], vec![0.0; WIDTH]);
-            let place = RowPlace { seed: 9, camera: CameraIndex(0), frame: FrameIndex(0), slot: 0, row: RowIndex(0) };
-            let (values_mut, uniforms, draws) = (&mut values[..], &mut uniforms[..], &mut draws[..]);
-            shot.apply(&mut RowPass {
-                place,
-                die_seed: 2,
-                exposure_s: 0.0,
-                storage_s: 0.0,
-                readout_s: 0.0,
-                values: values_mut,
-                reset: &mut [],
-                uniforms,
-                draws,
-                keys: &KeptKeys::default(),
-                full_from_e: f32::INFINITY,
-                idle_px: 0,
-            });
-            let lost: Vec<f64> = values.iter().map(|&value| (f64::from(value) - 1000.0).max(0.0)).collect();
-            let mean = lost.iter().sum::<f64>() / 4e4;
-            let variance = lost.iter().map(|lost| (lost - mean) * (lost - mean)).sum::<f64>() / 4e4;
-            let facts = Facts {
-                signal_e_min: 0.0,
-                signal_e_max: mean_e.into(),
-                is_capped: false,
-                frame_e_max: mean_e.into(),
-                dark_mean_e: 0.0,
-                dark_rms_e: 0.0,
-                exposure_s: 0.0,
-                storage_s_max: 0.0,
-                temperature_k: 300.0,
-                dies: ANY_DIE,
-                conversion_gain_uv_per_e: 10.0,
-                spill_slope_max: 1.0,
-                gain_slope_max: 1.0,
-            };
+            let charge_e = after(shot.as_ref(), mean_e, 0.0, (9, 0, 0));
+            let lost: Vec<f64> = charge_e.iter().map(|value| (value - 1000.0).max(0.0)).collect();
+            let (mean, variance) = mean_and_variance(&lost);
+            let facts = Facts { signal_e_min: 0.0, ..facts(mean_e.into()) };
             let bound = well.omission(&facts).unwrap();
             assert!(
                 mean <= bound.bias_e && variance <= 1.036 * bound.variance_e2,

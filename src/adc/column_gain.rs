@@ -17,8 +17,7 @@ pub struct ColumnGain {
 }
 
 impl ColumnGain {
-    /// Published number.
-    pub const NUMBER: EffectNumber = EffectNumber(201);
+    const NUMBER: EffectNumber = EffectNumber(201);
 
     /// `None` where all columns have one gain.
     pub fn from_params(params: &AdcParams) -> Option<Box<dyn Effect>> {

@@ -20,8 +20,7 @@ pub struct ColumnOffset {
 }
 
 impl ColumnOffset {
-    /// Published number.
-    pub const NUMBER: EffectNumber = EffectNumber(202);
+    const NUMBER: EffectNumber = EffectNumber(202);
 
     /// `None` where no offset is left.
     pub fn from_params(params: &AdcParams) -> Option<Box<dyn Effect>> {

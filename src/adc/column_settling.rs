@@ -56,9 +56,7 @@ impl ColumnSettling {
         }
         self.half_overdrive_uv * libm::exp(settles_from - self.time_constants)
     }
-}
 
-impl ColumnSettling {
     /// Greatest second derivative of what is missing up to a step: 0 where it settles from the start, missing / (V_ov / 2)^2 behind
     /// slewing, and no more where slewing does not end.
     fn bend_per_uv(&self, step_uv: f64) -> f64 {

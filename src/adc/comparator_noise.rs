@@ -4,14 +4,10 @@
 //! noise, which has its own draw. A difference on a capacitor is converted once and so has one draw.
 
 use super::params::AdcParams;
-use crate::draw::EffectNumber;
 use crate::effect::Effect;
 use crate::pixel::SampleNoise;
 
-/// Published number.
-pub const NUMBER: EffectNumber = EffectNumber(206);
-
 /// Decision noise of the comparators; `None` where they are silent.
 pub fn comparator_noise(params: &AdcParams) -> Option<Box<dyn Effect>> {
-    SampleNoise::boxed("comparator_noise", NUMBER, params.sigmas_of_conversions(params.comparator_noise_uv))
+    SampleNoise::boxed("comparator_noise", 206, params.sigmas_of_conversions(params.comparator_noise_uv))
 }

@@ -58,11 +58,6 @@ impl Converter {
         Self { verilog, ..self }
     }
 
-    /// Whether all steps are equal and nothing disturbs or delays a column.
-    pub(super) fn is_plain(&self) -> bool {
-        self.is_plain
-    }
-
     /// Where the ramp stands after `k` clocks, in nV above its bottom, undisturbed.
     pub fn edge_nv(&self, k: u32) -> i64 {
         self.edges.edge_nv(k)
@@ -108,10 +103,6 @@ impl Converter {
     /// Edges at or below a signal sample on the undisturbed ramp: the clock before the ramp passes its level.
     pub(super) fn undisturbed_count(&self, sample_uv: f32) -> u32 {
         self.edges.count(self.level_nv(sample_uv), self.params.code_max())
-    }
-
-    fn converts_reset(&self) -> bool {
-        self.params.cds == Cds::Digital
     }
 }
 
@@ -189,7 +180,7 @@ impl Columns<'_> {
 
     fn checked_reset<'a>(&self, signal_uv: &[f32], reset_uv: &'a [f32]) -> &'a [f32] {
         assert!(self.delays_clk.is_empty() || self.delays_clk.len() == signal_uv.len(), "a column has one comparator");
-        if !self.converter.converts_reset() {
+        if self.converter.params.cds != Cds::Digital {
             return &[];
         }
         assert!(reset_uv.len() == signal_uv.len(), "a column has one reset sample");

@@ -4,9 +4,9 @@ use super::params::{AdcParams, Cds, Counter, Counting, Ramp};
 use super::ramp::RampEdges;
 use super::sample::Sample;
 use super::span::{GAIN_LEAST, GAIN_MOST};
-use crate::error::Error;
+use crate::error::{Error, check_clock, within};
 use crate::num::{f64_from_i64, f64_from_u64, i64_half_even, low_u16};
-use crate::pixel::{PixelParams, SampleSigmas, within};
+use crate::pixel::{PixelParams, SampleSigmas};
 use crate::units::Clocks;
 use rtl_models::cds::CdsConfig;
 
@@ -14,13 +14,7 @@ impl AdcParams {
     /// Refuses values out of range, naming key, value and an accepted value.
     pub fn check(&self) -> Result<(), Error> {
         within("sensor.adc.bits", self.bits.into(), 1.0, 16.0)?;
-        if !(1_000..=100_000_000_000).contains(&self.clock_hz) {
-            return Err(Error::key(
-                "sensor.adc.clock_hz",
-                self.clock_hz,
-                "out of range; use 1000 to 100000000000 (1 kHz to 100 GHz)",
-            ));
-        }
+        check_clock("sensor.adc.clock_hz", self.clock_hz)?;
         within("sensor.adc.gain", self.gain, GAIN_LEAST, GAIN_MOST)?;
         self.check_span()?;
         let code_max = self.code_max();

@@ -40,7 +40,7 @@ const PAIRS_MAX: usize = 65_536;
 impl Converter {
     /// Whether codes of noisy levels have moments in closed form.
     pub fn has_moments(&self) -> bool {
-        self.is_plain()
+        self.is_plain
     }
 
     /// Moments of a column's code. Panics where `has_moments` is false.

@@ -118,18 +118,13 @@ fn table_nv(params: &AdcParams) -> Result<Vec<i64>, Error> {
         Ramp::Table => given_nv(params)?,
     };
     bow(params, &mut levels_nv);
-    if let Some(k) = falls_after(&levels_nv) {
+    if let Some(k) = levels_nv.windows(2).position(|pair| pair[1] < pair[0]) {
         // The shapes themselves rise, so only the bow can turn them.
         let reason = format!("the ramp falls after edge {k}; use a value nearer to 0");
         return Err(Error::key("sensor.adc.ramp_inl_lsb", params.ramp_inl_lsb, reason));
     }
     settle(params.ramp_settling_clk, &mut levels_nv);
     Ok(levels_nv.into_iter().map(i64_half_even).collect())
-}
-
-/// The last edge before a fall; the bottom counts as edge 0.
-fn falls_after(levels_nv: &[f64]) -> Option<usize> {
-    levels_nv.windows(2).position(|pair| pair[1] < pair[0])
 }
 
 /// Share of the counts at edge k.

@@ -22,8 +22,7 @@ pub struct RampJitter {
 }
 
 impl RampJitter {
-    /// Published number.
-    pub const NUMBER: EffectNumber = EffectNumber(208);
+    const NUMBER: EffectNumber = EffectNumber(208);
 
     /// `None` where the clock is exact.
     pub fn from_params(params: &AdcParams) -> Option<Box<dyn Effect>> {

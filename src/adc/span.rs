@@ -2,15 +2,11 @@
 
 use super::params::AdcParams;
 use crate::error::Error;
+use crate::num::{greater, lesser};
 
-/// Greatest gain of a ramp.
+/// Greatest and least gain of a ramp.
 pub(super) const GAIN_MOST: f64 = 1000.0;
-/// Least gain of a ramp.
 pub(super) const GAIN_LEAST: f64 = 0.001;
-
-fn greatest_gain(gain: f64) -> f64 {
-    if gain < GAIN_MOST { gain } else { GAIN_MOST }
-}
 
 /// An end of a range with six significant digits, moved into the range, so that what a message names is accepted.
 fn inward(end: f64, is_least: bool) -> f64 {
@@ -31,8 +27,7 @@ impl AdcParams {
         let span = format!("the ramp spans full_scale_uv / gain = {span_uv} uV");
         if (spans_uv[0]..=spans_uv[1]).contains(&self.full_scale_uv) {
             let [most, least] = spans_uv.map(|span_uv| self.full_scale_uv / span_uv);
-            let least = if least > GAIN_LEAST { least } else { GAIN_LEAST };
-            let (least, most) = (inward(least, true), inward(greatest_gain(most), false));
+            let (least, most) = (inward(greater(GAIN_LEAST, least), true), inward(lesser(GAIN_MOST, most), false));
             let reason = format!("{span}; use {least} to {most} with full_scale_uv = {}", self.full_scale_uv);
             return Err(Error::key("sensor.adc.gain", self.gain, reason));
         }

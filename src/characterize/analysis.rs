@@ -121,9 +121,14 @@ impl PhotonTransfer {
     }
 
     /// Slope per second and offset of a dark quantity over exposure time.
-    fn dark_line(&self, of: impl Fn(&TransferPoint) -> f64) -> (f64, f64) {
+    pub(super) fn dark_line(&self, of: impl Fn(&TransferPoint) -> f64) -> (f64, f64) {
         let points: Vec<(f64, f64)> = self.points.iter().map(|point| (point.exposure_ns * 1e-9, of(point))).collect();
         fits::line(&points)
+    }
+
+    /// Standard errors of both for a quantity of standard error 1 at every point.
+    pub(super) fn dark_line_errors(&self) -> (f64, f64) {
+        fits::line_errors(self.points.iter().map(|point| point.exposure_ns * 1e-9))
     }
 }
 

@@ -6,7 +6,6 @@ use crate::effects::{self, Parameters};
 /// Figures that an effect or setting changes.
 #[derive(Clone, Copy, Debug)]
 pub enum Touched {
-    /// Every one.
     All,
     /// Those whose names begin so.
     Named(&'static [&'static str]),
@@ -66,9 +65,7 @@ const DIE_OFFSET: (&str, Touched, &str) =
 pub struct Beyond {
     /// Effect, or key of the setting.
     pub name: &'static str,
-    /// Its figures.
     pub touched: Touched,
-    /// Why.
     pub reason: &'static str,
 }
 

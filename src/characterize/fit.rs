@@ -10,10 +10,10 @@
 use super::analysis::{Figures, Summary, figures};
 use super::fits;
 use super::measure::ChannelMeasurement;
-use super::model::SharedVariance;
 use super::set::SeriesExposure;
-use super::spatial::SpatialVariances;
-use super::uncertainty::{DieErrors, bright_part_error, dark_part_error, standard_errors, variance_squares};
+use super::spatial::{SharedVariance, SpatialVariances};
+use super::truth::DARK_CLIPPED_MAX;
+use super::uncertainty::{bright_part_error, dark_part_error, measured_errors};
 use crate::num::{f64_from_u64, greater, lesser};
 
 /// Standard errors of a 95 % interval.
@@ -21,9 +21,6 @@ const SIGMAS: f64 = 1.96;
 
 /// Share of the greatest code from which on a stack is saturated.
 const STACK_SHARE_MAX: f64 = 0.95;
-
-/// Share of codes 0 in the dark beyond which the black level cannot be told (EMVA 1288 release 4.0, section 6).
-const DARK_CLIPPED_MAX: f64 = 0.005;
 
 /// What frames cannot tell and a fit takes from elsewhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,7 +112,7 @@ pub fn fit(measurement: &ChannelMeasurement, bits: u32, assumed: &Assumed) -> Re
         let reason = "no pair lies between the dark and 70 % of the brightest one, so the gain cannot be told";
         return Err(format!("{reason}; add pairs of shorter exposures"));
     }
-    let errors = standard_errors(&summary, &found, &variance_squares(&summary.transfer), DieErrors::default());
+    let errors = measured_errors(&summary, &found);
     let sources = Sources { measurement, summary: &summary, found: &found, errors: &errors, assumed, code_max };
     let mut fit = SensorFit { fitted: Vec::new(), untold: Vec::new(), warnings: Vec::new() };
     sources.gain(bits, &mut fit);
@@ -226,10 +223,8 @@ impl Sources<'_> {
     /// Mean dark code without exposure and its standard error: of the line over the exposures, and of the mean of the die's pattern.
     fn black(&self) -> [f64; 2] {
         let transfer = &self.summary.transfer;
-        let points: Vec<(f64, f64)> =
-            transfer.points.iter().map(|point| (point.exposure_ns * 1e-9, point.dark_mean_dn)).collect();
-        let (_, offset) = fits::line(&points);
-        let (_, error) = fits::line_errors(points.iter().map(|point| point.0));
+        let (_, offset) = transfer.dark_line(|point| point.dark_mean_dn);
+        let (_, error) = transfer.dark_line_errors();
         let dark = &self.summary.dark;
         let shared = self.shared();
         let noise_dn2 = 0.5

@@ -4,11 +4,11 @@
 use super::analysis::{Figures, Summary, figures};
 use super::fit::{Fitted, SensorFit, Untold};
 use super::map::map;
-use super::measure::{ChannelMeasurement, StackSums, TransferPoint};
-use super::page::{document, dots, line, meaning, pair, section, significant};
+use super::measure::{ChannelMeasurement, StackSums, TransferPoint, centred};
+use super::page::{document, dots, line, meaning, over_frequency, pair, scrolled, section, significant};
 use super::record::unit;
 use super::spatial::{spectrogram, transposed};
-use super::uncertainty::{DieErrors, standard_errors, variance_squares};
+use super::uncertainty::measured_errors;
 use crate::num::{f64_from_u64, f64_from_usize, index};
 use crate::report::chart::{Axes, Ink, Series, SeriesShape, chart};
 use crate::report::escape::escaped;
@@ -50,7 +50,7 @@ impl Side {
     fn of(measurement: &ChannelMeasurement) -> Self {
         let summary = Summary::of(measurement);
         let found = figures(&summary);
-        let errors = standard_errors(&summary, &found, &variance_squares(&summary.transfer), DieErrors::default());
+        let errors = measured_errors(&summary, &found);
         Self { summary, found, errors }
     }
 
@@ -134,12 +134,6 @@ fn parameters(fit: &SensorFit) -> String {
     section("Parameters", "What the frames tell.", &scrolled(head, &rows))
 }
 
-fn scrolled(head: &str, rows: &str) -> String {
-    format!(
-        "<div class=\"scroll\" tabindex=\"0\"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>"
-    )
-}
-
 /// Both sides' points, the simulated ones as rings.
 fn both<'a>(sides: &[Side; 2], of: impl Fn(&TransferPoint) -> (f64, f64)) -> [Series<'a>; 2] {
     let [measured, simulated] = sides.each_ref().map(|side| side.summary.transfer.points.iter().map(&of).collect());
@@ -200,11 +194,8 @@ fn histogram(heading: &str, stacks: [&StackSums; 2]) -> String {
     let axes = Axes { title: heading, x_label: "DN", y_label: &y_label, from_zero: true, ..Axes::default() };
     let lead =
         format!("All frames of the stack. {} % of the codes lie elsewhere in the simulated ones.", significant(moved));
-    section(
-        heading,
-        &lead,
-        &chart(&axes, &[line("measured", Ink::One, measured), line("simulated", Ink::Two, simulated)]),
-    )
+    let series = [line("measured", Ink::One, measured), line("simulated", Ink::Two, simulated)];
+    section(heading, &lead, &chart(&axes, &series))
 }
 
 /// Codes that hold all but a thousandth at either end, of both stacks.
@@ -235,27 +226,16 @@ fn dark_noise(side: &ChannelMeasurement) -> Vec<f64> {
     side.dark.noise_dn()
 }
 
-fn dark_pattern(side: &ChannelMeasurement) -> Vec<f64> {
-    centred(side.dark.means_dn())
-}
-
-/// Of the bright stack less the dark one, in % of its mean.
-fn response(side: &ChannelMeasurement) -> Vec<f64> {
-    let signal: Vec<f64> = side.bright.means_dn().iter().zip(side.dark.means_dn()).map(|(a, b)| a - b).collect();
-    let mean = signal.iter().sum::<f64>() / f64_from_usize(signal.len());
-    signal.iter().map(|value| 100.0 * (value / mean - 1.0)).collect()
-}
-
-fn centred(values: Vec<f64>) -> Vec<f64> {
-    let mean = values.iter().sum::<f64>() / f64_from_usize(values.len());
-    values.iter().map(|value| value - mean).collect()
-}
-
 fn spectra(beside: &Beside<'_>) -> String {
     let contents: [(&str, &str, Content, &str); 3] = [
         ("Dark noise", "What differs between two dark frames.", dark_noise, "DN\u{b2}"),
-        ("Dark pattern", "The mean of the dark stack.", dark_pattern, "DN\u{b2}"),
-        ("Response", "The bright stack less the dark one, in % of its mean.", response, "%\u{b2}"),
+        ("Dark pattern", "The mean of the dark stack.", ChannelMeasurement::dark_pattern_dn, "DN\u{b2}"),
+        (
+            "Response",
+            "The bright stack less the dark one, in % of its mean.",
+            ChannelMeasurement::response_percent,
+            "%\u{b2}",
+        ),
     ];
     let drawn = contents.map(|(what, lead, content, unit)| {
         let sides = [beside.measured, beside.simulated].map(|side| (content(side), index(side.dark.size.width_px)));
@@ -278,18 +258,11 @@ fn spectra(beside: &Beside<'_>) -> String {
 }
 
 fn spectrum(heading: &str, lead: &str, unit: &str, sides: [Vec<f64>; 2]) -> String {
-    let points = |power: Vec<f64>| -> Vec<(f64, f64)> {
-        let last = 2.0 * f64_from_usize(power.len() - 1);
-        (0_u32..).zip(power).skip(1).map(|(place, power)| (f64::from(place) / last, power)).collect()
-    };
     let y_label = format!("power in {unit}");
     let axes = Axes { title: heading, x_label: "cycles a pixel", y_label: &y_label, y_log: true, ..Axes::default() };
-    let [measured, simulated] = sides.map(points);
-    section(
-        heading,
-        lead,
-        &chart(&axes, &[line("measured", Ink::One, measured), line("simulated", Ink::Two, simulated)]),
-    )
+    let [measured, simulated] = sides.map(over_frequency);
+    let series = [line("measured", Ink::One, measured), line("simulated", Ink::Two, simulated)];
+    section(heading, lead, &chart(&axes, &series))
 }
 
 /// The first rows and columns of both sides' first frames and means, each pair on one scale of grey.
@@ -300,8 +273,8 @@ fn pictures(beside: &Beside<'_>) -> String {
     let contents: [(&str, &str, Content); 4] = [
         ("A dark frame", "DN", |side| first(&side.dark)),
         ("A bright frame", "DN", |side| first(&side.bright)),
-        ("Mean of the dark frames", "DN", dark_pattern),
-        ("Response", "%", response),
+        ("Mean of the dark frames", "DN", ChannelMeasurement::dark_pattern_dn),
+        ("Response", "%", ChannelMeasurement::response_percent),
     ];
     let drawn = contents.map(|(what, unit, content)| {
         let sides = [beside.measured, beside.simulated].map(|side| cropped(&content(side), side.dark.size));

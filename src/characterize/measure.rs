@@ -98,6 +98,24 @@ impl ChannelMeasurement {
             (point.dark_mean_dn, point.dark_variance_dn2) = (mean, variance);
         }
     }
+
+    /// Mean dark frame about its mean.
+    pub fn dark_pattern_dn(&self) -> Vec<f64> {
+        centred(self.dark.means_dn())
+    }
+
+    /// Mean bright frame less the mean dark frame, in % about its mean.
+    pub fn response_percent(&self) -> Vec<f64> {
+        let signal: Vec<f64> = self.bright.means_dn().iter().zip(self.dark.means_dn()).map(|(a, b)| a - b).collect();
+        let mean = signal.iter().sum::<f64>() / f64_from_usize(signal.len());
+        signal.iter().map(|value| 100.0 * (value / mean - 1.0)).collect()
+    }
+}
+
+/// Values about their mean.
+pub(super) fn centred(values: Vec<f64>) -> Vec<f64> {
+    let mean = values.iter().sum::<f64>() / f64_from_usize(values.len());
+    values.iter().map(|value| value - mean).collect()
 }
 
 /// Mean and temporal variance of two frames (release 4.0, section 6.4): the variance is half the mean square of the difference, less

@@ -5,13 +5,13 @@
 //! quadrature. Where reset and signal are converted separately, each has its own noise and its own quantiser on the ramp, and an offset of
 //! the column that both carry moves both. Effects that are not modelled here are listed in `beyond` with the figures that they change.
 
+use super::analysis::{NoiseShape, Summary};
 use super::dither::{Dither, pattern_variance, variance_amplitude_dn2};
 use super::measure::{PhotonTransfer, TransferPoint};
 use super::moments::{ConversionPair, Cumulants, RampLevel, clipped, normal_cdf, normal_nodes, quantised};
 use super::set::{SeriesExposure, Set};
-pub use super::shared::SharedVariance;
 use super::shoot::Times;
-use super::spatial::SpatialVariances;
+use super::spatial::{SharedVariance, SpatialVariances};
 use super::uncertainty::DieErrors;
 use crate::effects::{Parameters, sampling};
 use crate::num::{f64_from_u64, f64_from_usize, greater, lesser, u32_truncated};
@@ -57,7 +57,6 @@ pub struct EmvaModel {
     pub column_offset_e: f64,
     /// Of the offset, between rows.
     pub row_offset_e: f64,
-    /// Temporal noise that rows and columns share.
     pub shared: SharedVariance,
     /// Of the offset, between columns, that reset and signal both carry when they are converted.
     column_common_dn: f64,
@@ -72,16 +71,9 @@ pub struct EmvaModel {
 /// What the frames would give in the mean.
 #[derive(Clone, Debug)]
 pub struct Expectation {
-    /// Photon transfer.
-    pub transfer: PhotonTransfer,
+    pub summary: Summary,
     /// Mean square of the pixels' variances at each point, bright and dark: what the variance of a measured variance needs.
     pub variance_squares: Vec<[f64; 2]>,
-    /// Bright stack.
-    pub bright: SpatialVariances,
-    /// Dark stack.
-    pub dark: SpatialVariances,
-    /// Third cumulants of the bright and the dark stack, in DN^3.
-    pub third_dn3: [f64; 2],
     /// Share of codes 0 in the dark.
     pub dark_clipped: f64,
     /// What the chance of the die's columns adds to dark means and variances.
@@ -201,15 +193,23 @@ impl EmvaModel {
             dark_variance_dn2: dark.moments.variance,
         };
         let half = [spot(&set.half, true), spot(&set.half, false)];
-        Expectation {
-            transfer: PhotonTransfer {
-                points: set.points.iter().zip(&spots).map(point).collect(),
-                pixels: f64_from_usize(set.size.pixel_count()),
-            },
-            variance_squares: spots.iter().map(|pair| pair.each_ref().map(|spot| spot.variance_square)).collect(),
-            bright: self.parts(set, true, &half[0].moments),
-            dark: self.parts(set, false, &half[1].moments),
+        let transfer = PhotonTransfer {
+            points: set.points.iter().zip(&spots).map(point).collect(),
+            pixels: f64_from_usize(set.size.pixel_count()),
+        };
+        let (bright, dark) = (self.parts(set, true, &half[0].moments), self.parts(set, false, &half[1].moments));
+        // A line's mean holds all of what it shares, and its share of the rest, which the figure takes off.
+        let common =
+            |shared_dn2: f64, length: u32| shared_dn2 / bright.stack_variance_dn2 * (1.0 - 1.0 / f64::from(length));
+        let shape = NoiseShape {
             third_dn3: [self.third_dn3(set, &half[0].moments, true), self.third_dn3(set, &half[1].moments, false)],
+            rho_frame: 0.0,
+            rho_row: common(self.shared.row_dn2, set.size.width_px),
+            rho_column: common(self.shared.column_dn2, set.size.height_px),
+        };
+        Expectation {
+            summary: Summary { transfer, bright, dark, shape },
+            variance_squares: spots.iter().map(|pair| pair.each_ref().map(|spot| spot.variance_square)).collect(),
             dark_clipped: self.dark_clipped(set),
             die: self.die_errors(set),
         }

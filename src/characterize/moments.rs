@@ -5,9 +5,7 @@ use crate::num::{f64_from_i64, greater, i64_truncated, lesser};
 /// Mean, variance and third cumulant of a random value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cumulants {
-    /// First moment.
     pub mean: f64,
-    /// Second central moment.
     pub variance: f64,
     /// Third central moment, as far as it comes from quantisation.
     pub third: f64,
@@ -47,9 +45,7 @@ pub fn clipped(mean: f64, sigma: f64, low: f64, high: f64) -> (f64, f64) {
 /// A normal level on a ramp, in codes above its bottom.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RampLevel {
-    /// Mean.
     pub mean: f64,
-    /// Standard deviation.
     pub sigma: f64,
 }
 
@@ -100,7 +96,6 @@ pub struct ConversionPair {
     pub black_dn: f64,
     /// Greatest count of the reset ramp.
     pub reset_counts: f64,
-    /// Greatest code.
     pub code_max: f64,
 }
 

@@ -51,6 +51,13 @@ pub(super) fn section(heading: &str, lead: &str, content: &str) -> String {
     format!("<section><h2>{heading}</h2><p class=\"soft\">{lead}</p>{content}</section>")
 }
 
+/// A table that scrolls sideways where it is too wide.
+pub(super) fn scrolled(head: &str, rows: &str) -> String {
+    format!(
+        "<div class=\"scroll\" tabindex=\"0\"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>"
+    )
+}
+
 pub(super) fn pair(left: &str, right: &str) -> String {
     format!("<div class=\"pair\">{left}{right}</div>")
 }
@@ -119,11 +126,8 @@ fn transfer(record: &Characterization) -> String {
         line(&slope, Ink::Two, vec![(0.0, 0.0), (last, k * last)]),
         dots("saturation: greatest variance", Ink::Three, vec![shot(full)]),
     ];
-    section(
-        "Photon transfer",
-        "Shot noise grows in proportion to the signal; the slope is the overall gain K, the peak is saturation.",
-        &chart(&axes, &series),
-    )
+    let lead = "Shot noise grows in proportion to the signal; the slope is the overall gain K, the peak is saturation.";
+    section("Photon transfer", lead, &chart(&axes, &series))
 }
 
 /// Temporal SNR as measured, its formula from the measured figures, the total with patterns, and the limit of an ideal sensor.
@@ -190,11 +194,9 @@ fn deviations(record: &Characterization) -> String {
     let axes =
         Axes { title: "Linearity error", x_label: "photons a pixel", y_label: "deviation in %", ..Axes::default() };
     let ends = [points.first(), points.last()].into_iter().flatten().map(|point| (point.0, 0.0)).collect();
-    section(
-        "Linearity",
-        "Relative deviation from the line of least relative deviation, 5 to 95 % of saturation.",
-        &chart(&axes, &[line("no deviation", Ink::Two, ends), dots("measured", Ink::One, points)]),
-    )
+    let series = [line("no deviation", Ink::Two, ends), dots("measured", Ink::One, points)];
+    let lead = "Relative deviation from the line of least relative deviation, 5 to 95 % of saturation.";
+    section("Linearity", lead, &chart(&axes, &series))
 }
 
 /// At most a thousand points: of each run of codes that one stands for, the value farthest from 0.
@@ -288,24 +290,23 @@ fn profiles(record: &Characterization, is_dark: bool) -> String {
     section(heading, "Means of columns and of rows about the mean of all.", &chart(&axes, &series))
 }
 
+/// A spectrogram over cycles a pixel, without its value at 0.
+pub(super) fn over_frequency(power: Vec<f64>) -> Vec<(f64, f64)> {
+    let last = 2.0 * f64_from_usize(power.len() - 1);
+    (0_u32..).zip(power).skip(1).map(|(place, power)| (f64::from(place) / last, power)).collect()
+}
+
 fn spectra(record: &Characterization, is_dark: bool) -> String {
     let (values, heading, label) = if is_dark {
         (&record.dark_map_dn, "Dark spectrograms", "power in DN\u{b2}")
     } else {
         (&record.response_map_percent, "Response spectrograms", "power in %\u{b2}")
     };
-    let points = |is_vertical: bool| {
-        let power = record.spectrum(values, is_vertical);
-        let last = 2.0 * f64_from_usize(power.len() - 1);
-        (0_u32..).zip(power).skip(1).map(|(place, power)| (f64::from(place) / last, power)).collect()
-    };
+    let points = |is_vertical: bool| over_frequency(record.spectrum(values, is_vertical));
     let axes = Axes { title: heading, x_label: "cycles a pixel", y_label: label, y_log: true, ..Axes::default() };
     let series = [line("horizontal", Ink::One, points(false)), line("vertical", Ink::Two, points(true))];
-    section(
-        heading,
-        "White patterns are flat; rows or columns that differ lift one of the two.",
-        &chart(&axes, &series),
-    )
+    let lead = "White patterns are flat; rows or columns that differ lift one of the two.";
+    section(heading, lead, &chart(&axes, &series))
 }
 
 fn histogram(found: &Histogram, heading: &str, label: &str) -> String {
@@ -315,11 +316,8 @@ fn histogram(found: &Histogram, heading: &str, label: &str) -> String {
     let normal = normal.filter(|(_, count)| *count >= 0.3).collect();
     let axes = Axes { title: heading, x_label: label, y_label: "pixels", y_log: true, ..Axes::default() };
     let lead = format!("{} pixels lie beyond five standard deviations.", found.beyond_5_sigma);
-    section(
-        heading,
-        &lead,
-        &chart(&axes, &[dots("pixels", Ink::One, counts), line("normal of the same variance", Ink::Two, normal)]),
-    )
+    let series = [dots("pixels", Ink::One, counts), line("normal of the same variance", Ink::Two, normal)];
+    section(heading, &lead, &chart(&axes, &series))
 }
 
 /// What a figure is, for a reader of the table.
@@ -384,16 +382,12 @@ fn figures(record: &Characterization) -> String {
         )
     };
     let rows: String = record.figures.iter().map(row).collect();
+    let head = "<th>figure</th><th>meaning</th><th class=\"num\">measured</th><th class=\"num\">standard error</th>\
+                <th class=\"num\">expected, 4.5 standard errors</th><th class=\"num\">configured</th>";
     section(
         "Figures",
         "Measured on the frames, with the standard error that their number leaves, beside what the configuration implies.",
-        &format!(
-            "<div class=\"scroll\" tabindex=\"0\"><table><thead><tr><th>figure</th><th>meaning</th><th class=\"num\">measured</th>\
-             <th class=\"num\">standard error</th><th class=\"num\">expected, 4.5 standard errors</th>\
-             <th class=\"num\">configured</th></tr></thead>\
-             <tbody>{rows}</tbody></table></div>{}",
-            reasons(record)
-        ),
+        &(scrolled(head, &rows) + &reasons(record)),
     )
 }
 

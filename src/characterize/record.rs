@@ -11,7 +11,7 @@ use super::measure::{ChannelMeasurement, TransferPoint};
 use super::set::Set;
 use super::spatial::{Profile, profiles, spectrogram, transposed};
 use super::truth::{ChannelTruth, Want};
-use super::uncertainty::{DieErrors, standard_errors, variance_squares};
+use super::uncertainty::measured_errors;
 use crate::adc::density::{Density, Linearity, linearity, ramp_histogram};
 use crate::adc::{AdcParams, Converter};
 use crate::config::Resolved;
@@ -88,7 +88,6 @@ pub struct Characterization {
     measured: Figures,
 }
 
-/// Unit of a figure.
 pub(super) fn unit(name: &str) -> &'static str {
     match name {
         "K" => "DN/e-",
@@ -110,7 +109,7 @@ impl Characterization {
     pub fn new(name: &str, resolved: &Resolved, bench: &SensorBench, measurement: &ChannelMeasurement) -> Self {
         let summary = Summary::of(measurement);
         let measured = figures(&summary);
-        let errors = standard_errors(&summary, &measured, &variance_squares(&summary.transfer), DieErrors::default());
+        let errors = measured_errors(&summary, &measured);
         let truth = bench.truth();
         let figure = |(name, &value): (&str, &f64)| {
             let reason = truth.not_measurable.get(name).cloned();
@@ -126,7 +125,6 @@ impl Characterization {
             (name.to_owned(), figure)
         };
         let figures = measured.iter().map(figure).collect();
-        let (dark_map_dn, response_map_percent) = maps(measurement);
         let (dark_histogram, response_histogram) = histograms(measurement);
         let (linearity, density) = converter(&bench.sensor().parameters.adc);
         Self {
@@ -145,8 +143,8 @@ impl Characterization {
             reading: reading(bench),
             figures,
             dark_clipped: measurement.dark_clipped,
-            dark_map_dn,
-            response_map_percent,
+            dark_map_dn: measurement.dark_pattern_dn(),
+            response_map_percent: measurement.response_percent(),
             dark_histogram,
             response_histogram,
             summary,
@@ -312,18 +310,6 @@ impl ChannelTruth {
         let judged: Ordered<Want> = judged.map(|(name, want)| (name, want.clone())).collect();
         serde_json::to_string_pretty(&judged).expect("wants have a JSON form") + "\n"
     }
-}
-
-fn maps(measurement: &ChannelMeasurement) -> (Vec<f64>, Vec<f64>) {
-    let (dark, bright) = (measurement.dark.means_dn(), measurement.bright.means_dn());
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / crate::num::f64_from_usize(values.len());
-    let dark_mean = mean(&dark);
-    let response: Vec<f64> = bright.iter().zip(&dark).map(|(bright, dark)| bright - dark).collect();
-    let response_mean = mean(&response);
-    (
-        dark.iter().map(|value| value - dark_mean).collect(),
-        response.iter().map(|value| 100.0 * (value / response_mean - 1.0)).collect(),
-    )
 }
 
 fn histograms(measurement: &ChannelMeasurement) -> (Histogram, Histogram) {

@@ -5,7 +5,7 @@
 //! so that dark current is measured as well.
 
 use super::channel::ColourPlane;
-use crate::error::Error;
+use crate::error::{Error, within};
 use crate::num::{f32_nearest, f64_from_u64, greater, lesser, u64_half_even};
 use crate::run::SensorSetup;
 use crate::units::{FrameIndex, Size};
@@ -100,8 +100,8 @@ impl Set {
     pub fn new(sensor: &SensorSetup, options: &MeasurementSize) -> Result<Self, Error> {
         let channel = ColourPlane::choose(&sensor.mosaic, options.channel)?;
         let size = region(channel.plane_size(sensor.array), options)?;
-        count("points", options.points, 40, 1000)?;
-        count("stack", options.stack, 32, 2000)?;
+        within("points", options.points.into(), 40.0, 1000.0)?;
+        within("stack", options.stack.into(), 32.0, 2000.0)?;
         let (pixel, adc) = (&sensor.parameters.pixel, &sensor.parameters.adc);
         let efficiency = pixel.quantum_efficiency * pixel.fill_factor * channel.transmission();
         if !(efficiency > 0.0) {
@@ -217,11 +217,4 @@ fn region(array: Size, options: &MeasurementSize) -> Result<Size, Error> {
     }
     let value = format!("{}x{}", asked.width_px, asked.height_px);
     Err(Error::key("size", value, format!("out of range; use 16x16 to {width_max}x{height_max}")))
-}
-
-fn count(key: &str, value: u32, least: u32, most: u32) -> Result<(), Error> {
-    if (least..=most).contains(&value) {
-        return Ok(());
-    }
-    Err(Error::key(key, value, format!("out of range; use {least} to {most}")))
 }

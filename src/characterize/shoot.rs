@@ -44,7 +44,6 @@ impl Times {
         (mean, self.mean_of(|wait_s| (wait_s - mean) * (wait_s - mean)).sqrt())
     }
 
-    /// Of a shot.
     fn of(&self, shot: &PlannedShot) -> Vec<RowTimes> {
         let exposure_s = shot.exposure.exposure_s();
         let start_s = f64::from(shot.frame.0) * self.period_s;
@@ -57,7 +56,6 @@ impl Times {
     }
 }
 
-/// Codes of one shot.
 pub fn shoot(chain: &Chain, set: &Set, shot: &PlannedShot, times: &Times) -> Plane<u16> {
     let photons = if shot.is_lit { shot.exposure.photons } else { 0.0 };
     let light = set.channel.light(set.channel.array_size(set.size), photons);

@@ -4,10 +4,18 @@
 use super::measure::StackSums;
 use crate::num::{f64_from_u64, f64_from_usize};
 
+/// Parts of the temporal variance in the dark that all pixels of a row, and of a column, have in common.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SharedVariance {
+    /// Of a row, in DN^2.
+    pub row_dn2: f64,
+    /// Of a column, in DN^2.
+    pub column_dn2: f64,
+}
+
 /// Spatial variances of one stack, freed from temporal noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpatialVariances {
-    /// Mean over all pixels.
     pub mean_dn: f64,
     /// Temporal variance, averaged over pixels: sigma_y.stack^2.
     pub stack_variance_dn2: f64,
@@ -74,11 +82,8 @@ pub fn parts(stack: &StackSums) -> SpatialVariances {
 /// Mean, least and greatest value of each line of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
-    /// Mean along each line.
     pub mean: Vec<f64>,
-    /// Least value along each line.
     pub least: Vec<f64>,
-    /// Greatest value along each line.
     pub most: Vec<f64>,
 }
 

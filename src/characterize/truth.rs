@@ -6,7 +6,7 @@
 
 use serde::Serialize;
 
-use super::analysis::{DARK_VARIANCE_MIN_DN2, Figures, NoiseShape, Summary, figures};
+use super::analysis::{DARK_VARIANCE_MIN_DN2, Figures, Summary, figures};
 use super::beyond::beyond;
 use super::measure::PhotonTransfer;
 use super::model::{EmvaModel, Expectation};
@@ -22,7 +22,7 @@ pub const SIGMAS: f64 = 4.5;
 /// Dark noise before the converter, in DN, below which quantisation hides it (DESIGN, section 2).
 pub const DARK_SIGMA_MIN_DN: f64 = 0.3;
 
-/// Share of dark codes that may clip (release 4.0, section 6: black level).
+/// Share of dark codes that may clip before the black level cannot be told (release 4.0, section 6: black level).
 pub const DARK_CLIPPED_MAX: f64 = 0.005;
 
 /// Share of saturation that dark charge may fill before light is not measurable.
@@ -69,27 +69,16 @@ pub struct ChannelTruth {
 pub fn truth(sensor: &SensorSetup, set: &Set) -> ChannelTruth {
     let model = EmvaModel::new(sensor, set);
     let expectation = model.expect(set);
-    // A line's mean holds all of what it shares, and its share of the rest, which the figure takes off.
-    let common = |shared_dn2: f64, length: u32| {
-        shared_dn2 / expectation.bright.stack_variance_dn2 * (1.0 - 1.0 / f64::from(length))
-    };
-    let shape = NoiseShape {
-        third_dn3: expectation.third_dn3,
-        rho_frame: 0.0,
-        rho_row: common(model.shared.row_dn2, set.size.width_px),
-        rho_column: common(model.shared.column_dn2, set.size.height_px),
-    };
-    let summary =
-        Summary { transfer: expectation.transfer.clone(), bright: expectation.bright, dark: expectation.dark, shape };
-    let expected = figures(&summary);
-    let errors = standard_errors(&summary, &expected, &expectation.variance_squares, expectation.die);
+    let summary = &expectation.summary;
+    let expected = figures(summary);
+    let errors = standard_errors(summary, &expected, &expectation.variance_squares, expectation.die);
     let mut truth = ChannelTruth::default();
     if let Some(reason) = nothing_measurable(sensor, set, &model, &expectation) {
         expected.iter().for_each(|(name, _)| truth.not_measurable.insert(name, reason.clone()));
         return truth;
     }
     let saturation = SaturationRange::of(&expectation);
-    let hidden = hidden_pattern(&model, &summary);
+    let hidden = hidden_pattern(&model, summary);
     let configured = configured(&model, set);
     let beyond = beyond(&sensor.parameters);
     for (name, &value) in expected.iter() {
@@ -131,9 +120,8 @@ fn nothing_measurable(sensor: &SensorSetup, set: &Set, model: &EmvaModel, expect
         ));
     }
     if expectation.dark_clipped > DARK_CLIPPED_MAX {
-        let black = sensor.parameters.adc.black_level_dn;
-        let spread_dn =
-            libm::hypot(expectation.dark.stack_variance_dn2.sqrt(), greater(0.0, expectation.dark.total_dn2).sqrt());
+        let (black, dark) = (sensor.parameters.adc.black_level_dn, &expectation.summary.dark);
+        let spread_dn = libm::hypot(dark.stack_variance_dn2.sqrt(), greater(0.0, dark.total_dn2).sqrt());
         // 0.5 % of a normal lies 2.58 sigma below its mean; code 0 is what may not be met.
         let enough_dn = libm::ceil(1.0 + 2.7 * greater(spread_dn, DARK_SIGMA_MIN_DN)) + 1.0;
         return Some(format!(
@@ -264,7 +252,7 @@ struct SaturationRange {
 impl SaturationRange {
     /// Every point whose variance is within 4.5 standard errors of the greatest may turn out greatest.
     fn of(expectation: &Expectation) -> Self {
-        let transfer: &PhotonTransfer = &expectation.transfer;
+        let transfer: &PhotonTransfer = &expectation.summary.transfer;
         let error =
             |index: usize| expectation.die.variance_error(expectation.variance_squares[index][0], transfer.pixels);
         let variance = |index: usize| transfer.points[index].variance_dn2;

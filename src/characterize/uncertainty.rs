@@ -10,10 +10,8 @@
 //! - a mean correlation over L - 1 pairs: 1 / sqrt(n (L - 1)); the share common to lines of length m: sqrt(2 / (lines L)) / m.
 
 use super::analysis::{Figures, PARTS, Summary};
-use super::fits;
 use super::measure::{PhotonTransfer, TransferPoint};
-use super::shared::SharedVariance;
-use super::spatial::SpatialVariances;
+use super::spatial::{SharedVariance, SpatialVariances};
 use crate::num::{f64_from_usize, greater};
 
 /// Noise beyond that of independent pixels: the die's columns, whose offsets meet quantisers at different phases (one standard
@@ -21,15 +19,10 @@ use crate::num::{f64_from_usize, greater};
 /// lines share, of which there are only as many draws as lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DieErrors {
-    /// Of the mean.
     pub mean_dn: f64,
-    /// Of the temporal variance.
     pub variance_dn2: f64,
-    /// Noise that lines share.
     pub shared: SharedVariance,
-    /// Rows of a frame.
     pub rows: f64,
-    /// Columns of a frame.
     pub columns: f64,
 }
 
@@ -61,10 +54,15 @@ impl DieErrors {
 }
 
 /// Mean square of the pixels' variances at each point, bright and dark. Measured points take the square of the mean.
-pub fn variance_squares(transfer: &PhotonTransfer) -> Vec<[f64; 2]> {
+fn variance_squares(transfer: &PhotonTransfer) -> Vec<[f64; 2]> {
     let squares =
         |point: &TransferPoint| [point.variance_dn2, point.dark_variance_dn2].map(|variance| variance * variance);
     transfer.points.iter().map(squares).collect()
+}
+
+/// Standard errors of the figures of frames that were taken.
+pub fn measured_errors(summary: &Summary, figures: &Figures) -> Figures {
+    standard_errors(summary, figures, &variance_squares(&summary.transfer), DieErrors::default())
 }
 
 /// Standard errors of all figures of `figures`, which were made from `summary`; with those that the die adds, where they are known.
@@ -105,7 +103,7 @@ fn sensitivity(summary: &Summary, figures: &Figures, squares: &[[f64; 2]], die: 
     let dark_variance_error = libm::hypot(own, shared * die.variance_dn2);
     let own = most(&|index| die.mean_error_dn2(transfer.points[index].dark_variance_dn2, pixels).sqrt());
     let dark_mean_error = libm::hypot(own, shared * die.mean_dn);
-    let (slope, offset) = fits::line_errors(transfer.points.iter().map(|point| point.exposure_ns * 1e-9));
+    let (slope, offset) = transfer.dark_line_errors();
     let sigma_y = of("sigma_y_dark");
     let sigma_y_error = offset * dark_variance_error / (2.0 * sigma_y);
     // sigma_d^2 K^2 = sigma_y^2 - 1/12.

@@ -41,7 +41,6 @@ impl Records for AlwaysReady {
 /// A candidate that an engine took.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Served {
-    /// What it belongs to.
     pub candidate: CornerCandidate,
     /// Its frame, from 0.
     pub frame: u64,

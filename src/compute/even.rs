@@ -43,7 +43,7 @@ pub fn even_frame(
     let mut candidates = vec![Vec::new(); sizes.len()];
     // Rising numbers meet the cells in order, and each cell as often as any other, give or take one.
     for number in 0..features.min(params.features_max(size)) {
-        let (octave, corner) = cells[index_of(number * count / features)];
+        let (octave, corner) = cells[usize::try_from(number * count / features).expect("a number of a cell")];
         candidates[octave].push(CornerCandidate { corner, rank: 1, octave: low_u8(u32_from(octave)) });
     }
     let per_cell = index(params.per_cell);
@@ -55,10 +55,6 @@ pub fn even_frame(
     stream.finish(&mut AlwaysReady);
     let out_clk = stream.take_served().iter().map(|served| served.out_clk).collect();
     FrameClocks { out_clk, end_clk, queue_most: stream.queue_most() }
-}
-
-fn index_of(number: u64) -> usize {
-    usize::try_from(number).expect("a number of a cell")
 }
 
 /// The first place with a whole patch in each cell that has one, by rows.

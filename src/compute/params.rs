@@ -4,6 +4,7 @@ use super::patch::RADIUS_PX;
 use super::{presmooth, smooth};
 use crate::error::Error;
 use crate::num::u32_from;
+use crate::text::named;
 use crate::units::Size;
 
 /// Rows and columns around a corner that its descriptor needs: 13 for the patch and 3 for the smoothing kernel. Corners nearer
@@ -23,48 +24,52 @@ pub const OCTAVE_SIDE_PX_MIN: u32 = 2 * PATCH_MARGIN_PX + 1;
 /// Features of a frame that a tracker asks for, where no target is set.
 const FEATURES_USUAL: u64 = 500;
 
-/// Which of a cell's corners count most.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rank {
-    /// FAST's score.
-    Fast,
-    /// Harris' measure.
-    Harris,
+named! {
+    /// Which of a cell's corners count most.
+    pub enum Rank {
+        /// FAST's score.
+        Fast = "fast",
+        /// Harris' measure.
+        Harris = "harris",
+    }
 }
 
-/// Which pairs a descriptor compares.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PairPattern {
-    /// 256 pairs of nearly Gaussian places, turned by the angle.
-    Gaussian,
-    /// Eight pairs under 32 turns: bytes move round instead.
-    Symmetric,
+named! {
+    /// Which pairs a descriptor compares.
+    pub enum PairPattern {
+        /// 256 pairs of nearly Gaussian places, turned by the angle.
+        Gaussian = "gaussian",
+        /// Eight pairs under 32 turns: bytes move round instead.
+        Symmetric = "symmetric",
+    }
 }
 
-/// Whether words are smoothed before corners are looked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Smoothing {
-    /// Where codes have so few bits that their steps are corners.
-    Auto,
-    /// Never.
-    Off,
-    /// By the 7x7 binomial kernel, for codes of any depth.
-    Binomial,
+named! {
+    /// Whether words are smoothed before corners are looked for.
+    pub enum Smoothing {
+        /// Where codes have so few bits that their steps are corners.
+        Auto = "auto",
+        /// Never.
+        Off = "off",
+        /// By the 7x7 binomial kernel, for codes of any depth.
+        Binomial = "binomial",
+    }
 }
 
 /// Codes of this many bits or fewer are smoothed before corners are looked for, by default: measured with one camera in a
 /// textured box, where 2 bits do not start without, and 4 bits go wrong from one starting frame of four (docs/tracker_figures.md).
 const SMOOTHED_BITS: u32 = 4;
 
-/// What happens when a candidate leaves its cell and the queue of the engines is full.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Overflow {
-    /// Candidates wait in their cells, and finally rows wait.
-    Stall,
-    /// The candidate is lost.
-    DropNewest,
-    /// The weakest of queue and candidate is lost, the newest among equals.
-    DropWeakest,
+named! {
+    /// What happens when a candidate leaves its cell and the queue of the engines is full.
+    pub enum Overflow {
+        /// Candidates wait in their cells, and finally rows wait.
+        Stall = "stall",
+        /// The candidate is lost.
+        DropNewest = "drop_newest",
+        /// The weakest of queue and candidate is lost, the newest among equals.
+        DropWeakest = "drop_weakest",
+    }
 }
 
 /// What the extractor is set to.

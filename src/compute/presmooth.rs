@@ -107,11 +107,10 @@ impl Pixels for Behind<'_> {
 mod tests {
     use super::*;
     use crate::compute::rows::RowByRow;
-    use crate::compute::test_pictures::noise;
+    use crate::compute::test_pictures::{noise, weighted_sum};
 
     #[test]
     fn it_is_the_weighted_mean_of_the_definition_up_to_the_edges() {
-        const WEIGHTS: [u32; 7] = [1, 6, 15, 20, 15, 6, 1];
         let mut tried = 0;
         for (seed, width_px, height_px, levels) in [(1, 37, 21, 4), (2, 64, 9, 256), (3, 7, 7, 2), (4, 101, 8, 16)] {
             let picture = noise(width_px, height_px, levels, seed);
@@ -119,15 +118,7 @@ mod tests {
             let wide = presmooth(&picture.map(|word| u16::from(word) << 8), 16, &mut Events::default());
             for y in 0..picture.height_px() {
                 for x in 0..picture.width_px() {
-                    let at =
-                        |place: usize, offset: usize, side: usize| (place + offset).saturating_sub(3).min(side - 1);
-                    let mut sum = 0;
-                    for (dy, wy) in WEIGHTS.iter().enumerate() {
-                        for (dx, wx) in WEIGHTS.iter().enumerate() {
-                            let (column, row) = (at(x, dx, picture.width_px()), at(y, dy, picture.height_px()));
-                            sum += wx * wy * u32::from(picture.at(column, row));
-                        }
-                    }
+                    let sum = weighted_sum(&picture, [1, 6, 15, 20, 15, 6, 1], x, y);
                     assert_eq!(u32::from(smoothed.at(x, y)), (sum + 2048) / 4096, "seed {seed}, ({x}, {y})");
                     assert_eq!(u32::from(wide.at(x, y)), (256 * sum + 2048) / 4096, "seed {seed}, ({x}, {y})");
                     tried += 1;

@@ -109,14 +109,8 @@ impl<W: Word> Sequence<W> {
 
     /// What happened up to now.
     pub fn counts(&self) -> ExtractorCounts {
-        let in_time = self.stream.counts();
-        ExtractorCounts {
-            dropped: in_time.dropped,
-            late: in_time.late,
-            stalled_clk: in_time.stalled_clk,
-            not_ready_clk: in_time.not_ready_clk,
-            ..self.counts
-        }
+        let ExtractorCounts { corners, without_patch, unselected, .. } = self.counts;
+        ExtractorCounts { corners, without_patch, unselected, ..self.stream.counts() }
     }
 
     /// The threshold of the next frame.

@@ -69,24 +69,18 @@ fn weigh_columns<W: Word>(sums: &[W::Mean], out: &mut [W]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compute::test_pictures::noise;
+    use crate::compute::test_pictures::{noise, weighted_sum};
 
     #[test]
     fn it_is_the_weighted_mean_of_the_definition() {
-        const WEIGHTS: [u32; 7] = [1, 2, 3, 4, 3, 2, 1];
         let mut tried = 0;
         for (seed, width_px, height_px) in [(1, 37, 21), (2, 64, 9), (3, 7, 7), (4, 101, 8)] {
             let picture = noise(width_px, height_px, 256, seed);
             let smoothed = smooth(&picture);
             for y in 3..picture.height_px() - 3 {
                 for x in 3..picture.width_px() - 3 {
-                    let mut sum = 128;
-                    for (dy, wy) in WEIGHTS.iter().enumerate() {
-                        for (dx, wx) in WEIGHTS.iter().enumerate() {
-                            sum += wx * wy * u32::from(picture.at(x + dx - 3, y + dy - 3));
-                        }
-                    }
-                    assert_eq!(u32::from(smoothed.at(x, y)), sum / 256, "seed {seed}, ({x}, {y})");
+                    let mean = (weighted_sum(&picture, [1, 2, 3, 4, 3, 2, 1], x, y) + 128) / 256;
+                    assert_eq!(u32::from(smoothed.at(x, y)), mean, "seed {seed}, ({x}, {y})");
                     tried += 1;
                 }
             }

@@ -5,6 +5,7 @@
 
 use super::back::{Back, Records, Served};
 use super::cells::CellLists;
+use super::feature::ExtractorCounts;
 use super::params::ExtractorParams;
 use super::rows::{DRAIN_CLK, FRONT_LATENCY_CLK, Pixels, PositionRow, order};
 use crate::units::Size;
@@ -12,19 +13,6 @@ use crate::units::Size;
 /// The latency as a number of pixels: a row of the smallest picture has one more.
 const LATENCY_PX: u32 = 6;
 const _: () = assert!(LATENCY_PX as u64 == FRONT_LATENCY_CLK && LATENCY_PX < super::params::SIDE_PX_MIN);
-
-/// What happened in time, summed over frames.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct StreamCounts {
-    /// Clocks in which a row was kept from starting by candidates that still need its place.
-    pub stalled_clk: u64,
-    /// Clocks in which no pixel could enter.
-    pub not_ready_clk: u64,
-    /// Candidates lost before a full queue.
-    pub dropped: u64,
-    /// Candidates lost because their rows were overwritten.
-    pub late: u64,
-}
 
 /// Frames of one size that follow each other through one extractor.
 #[derive(Debug)]
@@ -34,7 +22,7 @@ pub struct Stream {
     back: Back,
     frame: u64,
     clk: u64,
-    counts: StreamCounts,
+    counts: ExtractorCounts,
 }
 
 impl Stream {
@@ -42,7 +30,7 @@ impl Stream {
     pub fn new(params: &ExtractorParams, size: Size) -> Self {
         let sizes = params.octave_sizes(size);
         let back = Back::new(params, &sizes);
-        Self { rows: order(&sizes), sizes, back, frame: 0, clk: 0, counts: StreamCounts::default() }
+        Self { rows: order(&sizes), sizes, back, frame: 0, clk: 0, counts: ExtractorCounts::default() }
     }
 
     /// Lets a frame through, whose lists are given by octave; gives back the first clock in which the next frame may start.
@@ -100,8 +88,8 @@ impl Stream {
         self.back.finish(records);
     }
 
-    /// What happened up to now.
-    pub fn counts(&self) -> StreamCounts {
-        StreamCounts { dropped: self.back.dropped, late: self.back.late, ..self.counts }
+    /// What happened in time up to now.
+    pub fn counts(&self) -> ExtractorCounts {
+        ExtractorCounts { dropped: self.back.dropped, late: self.back.late, ..self.counts }
     }
 }

@@ -184,10 +184,6 @@ impl Scenario {
         .checked()
     }
 
-    fn cds(&self) -> Result<Cds, Error> {
-        member("sensor.adc.cds", &self.sensor.adc.cds, &Cds::ALL, Cds::name)
-    }
-
     /// Column converters. Fails on values out of range, unknown names, a black level that is no code below the greatest.
     pub fn adc(&self) -> Result<AdcParams, Error> {
         let adc = &self.sensor.adc;
@@ -203,7 +199,7 @@ impl Scenario {
             reset_counts: adc.reset_counts,
             settle_reset_us: adc.settle_reset_us,
             settle_signal_us: adc.settle_signal_us,
-            cds: self.cds()?,
+            cds: member("sensor.adc.cds", &adc.cds, &Cds::ALL, Cds::name)?,
             ramp: member("sensor.adc.ramp", &adc.ramp, &Ramp::ALL, Ramp::name)?,
             counter: member("sensor.adc.counter", &adc.counter, &Counter::ALL, Counter::name)?,
             counting: member("sensor.adc.counting", &adc.counting, &Counting::ALL, Counting::name)?,
@@ -240,22 +236,17 @@ impl Scenario {
     /// The link. Fails on values out of range, unknown names, a container too small for the codes.
     pub fn link(&self) -> Result<LinkParams, Error> {
         let link = &self.link;
-        let modes = [("frames", Mode::Frames), ("features", Mode::Features), ("both", Mode::Both)];
         let mut formats = vec![("auto", None)];
         formats.extend(RawKind::ALL.iter().map(|kind| (kind.name(), Some(*kind))));
         LinkParams {
             lanes: link.lanes,
             frequency_hz: link.frequency_hz,
-            mode: one_of("link.mode", &link.mode, &modes)?,
+            mode: member("link.mode", &link.mode, &Mode::ALL, Mode::name)?,
             format: one_of("link.format", &link.format, &formats)?,
             frames_every: link.frames_every,
             line_sync: link.line_sync,
             fifo_rows: link.fifo_rows,
-            when_full: one_of(
-                "link.when_full",
-                &link.when_full,
-                &[("refuse", WhenFull::Refuse), ("stall", WhenFull::Stall)],
-            )?,
+            when_full: member("link.when_full", &link.when_full, &WhenFull::ALL, WhenFull::name)?,
         }
         .checked()
     }
@@ -279,11 +270,8 @@ impl Scenario {
         let choice =
             one_of("tracker.imu", &self.tracker.imu, &[("auto", None), ("on", Some(true)), ("off", Some(false))])?;
         if choice == Some(true) && !has_unit {
-            return Err(Error::key(
-                "tracker.imu",
-                "on",
-                "there is no inertial unit to take readings from; use auto or off",
-            ));
+            let reason = "there is no inertial unit to take readings from; use auto or off";
+            return Err(Error::key("tracker.imu", "on", reason));
         }
         Ok(choice.unwrap_or(has_unit))
     }

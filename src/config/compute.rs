@@ -1,6 +1,6 @@
 //! Checks `[compute]` and converts it to the extractor's parameters.
 
-use super::check::{one_of, within};
+use super::check::{member, one_of, within};
 use super::scenario::Scenario;
 use crate::compute::{ExtractorParams, Overflow, PairPattern, Rank, Smoothing};
 use crate::error::Error;
@@ -21,34 +21,18 @@ impl Scenario {
             threshold: compute.threshold,
             target_features: compute.target_features,
             pipeline_bits: compute.pipeline_bits,
-            smoothing: one_of(
-                "compute.smoothing",
-                &compute.smoothing,
-                &[("auto", Smoothing::Auto), ("off", Smoothing::Off), ("binomial", Smoothing::Binomial)],
-            )?,
+            smoothing: member("compute.smoothing", &compute.smoothing, &Smoothing::ALL, Smoothing::name)?,
             octaves: compute.octaves,
             cell_px: compute.cell_px,
             per_cell: compute.per_cell,
-            rank: one_of("compute.rank", &compute.rank, &[("fast", Rank::Fast), ("harris", Rank::Harris)])?,
+            rank: member("compute.rank", &compute.rank, &Rank::ALL, Rank::name)?,
             subpixel: compute.subpixel,
             angle_bits: compute.angle_bits,
             descriptor_bits: compute.descriptor_bits,
-            pattern: one_of(
-                "compute.pattern",
-                &compute.pattern,
-                &[("gaussian", PairPattern::Gaussian), ("symmetric", PairPattern::Symmetric)],
-            )?,
+            pattern: member("compute.pattern", &compute.pattern, &PairPattern::ALL, PairPattern::name)?,
             engines: compute.engines,
             fifo_depth: compute.fifo_depth,
-            overflow: one_of(
-                "compute.overflow",
-                &compute.overflow,
-                &[
-                    ("stall", Overflow::Stall),
-                    ("drop_newest", Overflow::DropNewest),
-                    ("drop_weakest", Overflow::DropWeakest),
-                ],
-            )?,
+            overflow: member("compute.overflow", &compute.overflow, &Overflow::ALL, Overflow::name)?,
         }
         .checked()
     }

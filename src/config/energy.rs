@@ -39,40 +39,30 @@ impl Scenario {
     /// there.
     pub fn host_params(&self) -> Result<Option<HostParams>, Error> {
         let host = &self.host;
-        let keys = [
-            ("host.receive_pj_per_byte", host.receive_pj_per_byte, 1e9),
-            ("host.extract_pj_per_pixel", host.extract_pj_per_pixel, 1e9),
-            ("host.track_uj_per_frame", host.track_uj_per_frame, 1e9),
-            ("host.track_nj_per_feature", host.track_nj_per_feature, 1e9),
-            ("host.idle_mw", host.idle_mw, 1e6),
-            ("host.clock_hz", host.clock_hz, 1e11),
-            ("host.decode_clk_per_byte", host.decode_clk_per_byte, 1e9),
-            ("host.extract_clk_per_pixel", host.extract_clk_per_pixel, 1e9),
-            ("host.track_clk_per_frame", host.track_clk_per_frame, 1e12),
-            ("host.track_clk_per_feature", host.track_clk_per_feature, 1e12),
+        let keys: [(&str, Option<f64>, f64, fn(&mut HostParams) -> &mut f64); 10] = [
+            ("host.receive_pj_per_byte", host.receive_pj_per_byte, 1e9, |params| &mut params.receive_pj_per_byte),
+            ("host.extract_pj_per_pixel", host.extract_pj_per_pixel, 1e9, |params| &mut params.extract_pj_per_pixel),
+            ("host.track_uj_per_frame", host.track_uj_per_frame, 1e9, |params| &mut params.track_uj_per_frame),
+            ("host.track_nj_per_feature", host.track_nj_per_feature, 1e9, |params| &mut params.track_nj_per_feature),
+            ("host.idle_mw", host.idle_mw, 1e6, |params| &mut params.idle_mw),
+            ("host.clock_hz", host.clock_hz, 1e11, |params| &mut params.clock_hz),
+            ("host.decode_clk_per_byte", host.decode_clk_per_byte, 1e9, |params| &mut params.decode_clk_per_byte),
+            ("host.extract_clk_per_pixel", host.extract_clk_per_pixel, 1e9, |params| &mut params.extract_clk_per_pixel),
+            ("host.track_clk_per_frame", host.track_clk_per_frame, 1e12, |params| &mut params.track_clk_per_frame),
+            ("host.track_clk_per_feature", host.track_clk_per_feature, 1e12, |params| {
+                &mut params.track_clk_per_feature
+            }),
         ];
         let Some(mut params) = HostParams::by_name(&host.model)? else {
             let reason = "has no effect here; use host.model = \"microcontroller\" with it, or leave it out";
-            let given = keys.iter().find_map(|(key, value, _)| value.map(|value| (key, value)));
+            let given = keys.iter().find_map(|(key, value, ..)| value.map(|value| (key, value)));
             return given.map_or(Ok(None), |(key, value)| Err(Error::key(key, value, reason)));
         };
-        let places = [
-            &mut params.receive_pj_per_byte,
-            &mut params.extract_pj_per_pixel,
-            &mut params.track_uj_per_frame,
-            &mut params.track_nj_per_feature,
-            &mut params.idle_mw,
-            &mut params.clock_hz,
-            &mut params.decode_clk_per_byte,
-            &mut params.extract_clk_per_pixel,
-            &mut params.track_clk_per_frame,
-            &mut params.track_clk_per_feature,
-        ];
-        for ((key, value, most), place) in keys.into_iter().zip(places) {
+        for (key, value, most, place) in keys {
             if let Some(value) = value {
                 // A host whose clock stands still never answers.
                 let least = if key == "host.clock_hz" { 1e3 } else { 0.0 };
-                *place = within(key, value, least..=most, &format!("{least} to {most:e}"))?;
+                *place(&mut params) = within(key, value, least..=most, &format!("{least} to {most:e}"))?;
             }
         }
         Ok(Some(params))

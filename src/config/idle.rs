@@ -40,10 +40,8 @@ pub fn check(resolved: &Resolved) -> Result<(), Error> {
     let link = link(&resolved.scenario.link).map(|group| ("link", group));
     let all = sensor.chain(scene).chain(run).chain(link);
     for (section, (is_off, would_do, keys)) in all {
-        for key in keys.iter().map(|key| format!("{section}.{key}")) {
-            if is_off && resolved.is_changed(&key) {
-                return Err(Error::key(&key, "", format!("has no effect here; use {would_do}, or leave it out")));
-            }
+        for key in keys {
+            resolved.check_idle(is_off, &format!("{section}.{key}"), would_do)?;
         }
     }
     super::motion::check_idle(resolved)

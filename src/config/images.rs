@@ -36,9 +36,7 @@ pub fn check_idle(resolved: &Resolved) -> Result<(), Error> {
         ),
     ];
     for (is_off, would_do, keys) in groups {
-        if let Some(key) = keys.iter().find(|key| is_off && resolved.is_changed(key)) {
-            return Err(Error::key(key, "", format!("has no effect here; use {would_do}, or leave it out")));
-        }
+        keys.iter().try_for_each(|key| resolved.check_idle(is_off, key, would_do))?;
     }
     Ok(())
 }

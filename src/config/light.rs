@@ -9,36 +9,34 @@ use crate::scene::flicker::{Flicker, Waveform};
 use crate::scene::light::BLACKBODY_K;
 use crate::scene::sky::{Sky, SkyKind};
 use crate::scene::{BakeCost, Illuminant};
+use crate::text::named;
 
 /// Greatest values of `scene.bake_rays_max` and `scene.bake_memory_mb_max`.
 const RAYS_MOST: u64 = 10_000_000_000_000;
 const MEGABYTES_MOST: u64 = 1_000_000;
 
-/// How much light there is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LightLevel {
-    /// All by one factor, to the lux that are asked for.
-    Scaled,
-    /// As lamps and sky state it.
-    Absolute,
+named! {
+    /// How much light there is.
+    pub enum LightLevel {
+        /// All by one factor, to the lux that are asked for.
+        Scaled = "scaled",
+        /// As lamps and sky state it.
+        Absolute = "absolute",
+    }
 }
 
-/// How light is baked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BakeKind {
-    /// Over all bounces, by as many rays as the scene affords.
-    Full,
-    /// Over all bounces, by few rays.
-    Draft,
-    /// Over all bounces, by a quarter of those.
-    Sketch,
-    /// Only what lamps and sky send straight.
-    Direct,
-}
-
-impl BakeKind {
-    const ALL: [(&'static str, Self); 4] =
-        [("full", Self::Full), ("draft", Self::Draft), ("sketch", Self::Sketch), ("direct", Self::Direct)];
+named! {
+    /// How light is baked.
+    pub enum BakeKind {
+        /// Over all bounces, by as many rays as the scene affords.
+        Full = "full",
+        /// Over all bounces, by few rays.
+        Draft = "draft",
+        /// Over all bounces, by a quarter of those.
+        Sketch = "sketch",
+        /// Only what lamps and sky send straight.
+        Direct = "direct",
+    }
 }
 
 /// How light is baked, and what that may cost.
@@ -112,8 +110,7 @@ impl Scenario {
 
     /// How the light's level is set. Fails on an unknown name.
     pub fn light_level(&self) -> Result<LightLevel, Error> {
-        let levels = [("scaled", LightLevel::Scaled), ("absolute", LightLevel::Absolute)];
-        one_of("scene.light_level", &self.scene.light_level, &levels)
+        member("scene.light_level", &self.scene.light_level, &LightLevel::ALL, LightLevel::name)
     }
 
     /// Whether edges of shadows are traced by rays. Fails on an unknown name.
@@ -124,7 +121,7 @@ impl Scenario {
     /// How far light is followed. Fails on an unknown name, limits out of range.
     pub fn bake_limits(&self) -> Result<BakeLimits, Error> {
         let scene = &self.scene;
-        let kind = one_of("scene.bake", &scene.bake, &BakeKind::ALL)?;
+        let kind = member("scene.bake", &scene.bake, &BakeKind::ALL, BakeKind::name)?;
         let rays = within("scene.bake_rays_max", scene.bake_rays_max, 1e6..=f64_from_u64(RAYS_MOST), "1e6 to 1e13")?;
         let megabytes = within(
             "scene.bake_memory_mb_max",

@@ -187,10 +187,7 @@ pub(super) fn check_idle(resolved: &Resolved) -> Result<(), Error> {
         (rig.imu != "none", "an inertial unit", &["rig.imu_rate_hz", "rig.imu_position_mm"]),
     ];
     for (is_on, would_do, keys) in groups {
-        if let Some(key) = keys.iter().find(|key| !is_on && resolved.is_changed(key)) {
-            let reason = format!("has no effect here; use {would_do}, or leave it out");
-            return Err(Error::key(key, "", reason));
-        }
+        keys.iter().try_for_each(|key| resolved.check_idle(!is_on, key, would_do))?;
     }
     Ok(())
 }

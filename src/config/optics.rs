@@ -33,20 +33,12 @@ const KEYS: [(&str, &[&str]); 14] = [
 /// Refuses a key of another mapping or law of shading that the user changed. Fails with the first such key, with what would make it act.
 pub(super) fn check_idle(resolved: &Resolved) -> Result<(), Error> {
     let optics = &resolved.scenario.optics;
-    let refused = |key: &str, would_do: &str| {
-        let reason = format!("has no effect here; use {would_do}, or leave it out");
-        Err(Error::key(key, "", reason))
-    };
     for (key, models) in KEYS {
         let key = format!("optics.{key}");
-        if !models.contains(&optics.model.as_str()) && resolved.is_changed(&key) && resolved.tree.get(&key).is_some() {
-            return refused(&key, &format!("optics.model = {}", models.join(" or ")));
-        }
+        let is_off = !models.contains(&optics.model.as_str()) && resolved.tree.get(&key).is_some();
+        resolved.check_idle(is_off, &key, &format!("optics.model = {}", models.join(" or ")))?;
     }
-    if optics.roll_off != "table" && resolved.is_changed("optics.roll_off_table") {
-        return refused("optics.roll_off_table", "optics.roll_off = \"table\"");
-    }
-    Ok(())
+    resolved.check_idle(optics.roll_off != "table", "optics.roll_off_table", "optics.roll_off = \"table\"")
 }
 
 impl Scenario {

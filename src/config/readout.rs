@@ -14,7 +14,6 @@ impl Scenario {
     /// Sequencer. Fails on unknown names, keys that exclude one another, lists of another length than the rig.
     pub fn readout(&self) -> Result<ReadoutParams, Error> {
         let readout = &self.sensor.readout;
-        let longs = [("refuse", LongExposure::Refuse), ("extend_frame", LongExposure::ExtendFrame)];
         one_of("sensor.readout.row_order", &readout.row_order, &[("top_to_bottom", ())])?;
         let cameras = self.cameras()?.len();
         let [x_px, y_px, width_px, height_px] = readout.window.unwrap_or_default();
@@ -27,7 +26,12 @@ impl Scenario {
             exposure_fine_clk: readout.exposure_fine_clk,
             exposure_margin_lines: readout.exposure_margin_lines,
             exposure_lines_min: readout.exposure_lines_min,
-            long_exposure: one_of("sensor.readout.long_exposure", &readout.long_exposure, &longs)?,
+            long_exposure: member(
+                "sensor.readout.long_exposure",
+                &readout.long_exposure,
+                &LongExposure::ALL,
+                LongExposure::name,
+            )?,
             window: readout.window.map(|_| Window { x_px, y_px, width_px, height_px }),
             window_step: readout.window_step,
             binning: readout.binning,
@@ -54,9 +58,7 @@ impl Scenario {
             auto: auto_exposure(readout)?,
         })
     }
-}
 
-impl Scenario {
     /// Depth to which merged codes are companded. Fails on written outside 8 to 16.
     pub fn hdr_bits(&self) -> Result<u32, Error> {
         let unwritten = self.sensor.adc.bits.clamp(8, MERGED_BITS_MAX);

@@ -1,8 +1,9 @@
 //! A scenario with its defaults, checked, and the origin of every value.
 
+use super::presets::{self, PresetKind};
 use super::scenario::Scenario;
-use super::suggest;
 use super::tree::Tree;
+use super::{sensor_file, suggest};
 use crate::error::Error;
 use std::collections::BTreeMap;
 
@@ -50,29 +51,23 @@ impl Resolved {
         assignments: &[String],
         read: &dyn Fn(&str) -> Result<Vec<u8>, Error>,
     ) -> Result<Self, Error> {
-        let mut chosen = Tree::parse("defaults", super::presets::DEFAULTS)?;
+        let mut chosen = Tree::parse("defaults", presets::DEFAULTS)?;
         let mut user = Tree::parse(file, text)?;
-        let mut assigned = Tree::default();
-        for assignment in assignments {
-            assigned.merge(Tree::from_assignment(assignment)?);
-        }
-        user.merge_exclusive(assigned, EXCLUSIVE);
+        user.merge_exclusive(assigned(assignments)?, EXCLUSIVE);
         let mut preview = chosen.clone();
         preview.merge_exclusive(user.clone(), EXCLUSIVE);
-        for (key, kind) in
-            [("sensor.preset", super::presets::PresetKind::Sensor), ("optics.preset", super::presets::PresetKind::Lens)]
-        {
+        for (key, kind) in [("sensor.preset", PresetKind::Sensor), ("optics.preset", PresetKind::Lens)] {
             let Some(named) = preview.get(key).and_then(toml::Value::as_str) else { continue };
-            if kind == super::presets::PresetKind::Sensor && super::sensor_file::is_file(named) {
-                let [base, own] = super::sensor_file::layers(named, read)
-                    .map_err(|error| preview.locate(error.named_by(key, named)))?;
+            if kind == PresetKind::Sensor && sensor_file::is_file(named) {
+                let [base, own] =
+                    sensor_file::layers(named, read).map_err(|error| preview.locate(error.named_by(key, named)))?;
                 chosen.merge_exclusive(base, EXCLUSIVE);
                 chosen.merge_exclusive(own, EXCLUSIVE);
                 continue;
             }
-            let name = if named == super::presets::NO_PRESET { kind.base() } else { named };
-            let preset = super::presets::find(kind, name)
-                .map_err(|error| preview.locate(Error::key(key, "", error.to_string())))?;
+            let name = if named == presets::NO_PRESET { kind.base() } else { named };
+            let preset =
+                presets::find(kind, name).map_err(|error| preview.locate(Error::key(key, "", error.to_string())))?;
             chosen.merge_exclusive(Tree::parse(&format!("preset {name}"), preset.text)?, EXCLUSIVE);
         }
         let below = chosen.clone();
@@ -83,12 +78,8 @@ impl Resolved {
 
     /// The same with further assignments over all layers. They may not name another preset.
     pub fn with(&self, assignments: &[String]) -> Result<Self, Error> {
-        let mut assigned = Tree::default();
-        for assignment in assignments {
-            assigned.merge(Tree::from_assignment(assignment)?);
-        }
         let mut tree = self.tree.clone();
-        tree.merge_exclusive(assigned, EXCLUSIVE);
+        tree.merge_exclusive(assigned(assignments)?, EXCLUSIVE);
         let technology_files = self.technology_files.clone();
         Ok(Self { scenario: typed(&tree)?, tree, below: self.below.clone(), technology_files })
     }
@@ -96,6 +87,14 @@ impl Resolved {
     /// Whether the user gave a key another value than defaults and presets do.
     pub fn is_changed(&self, key: &str) -> bool {
         self.tree.get(key) != self.below.get(key)
+    }
+
+    /// Refuses a key that is off and that the user changed, with what would make it act.
+    pub(super) fn check_idle(&self, is_off: bool, key: &str, would_do: &str) -> Result<(), Error> {
+        if is_off && self.is_changed(key) {
+            return Err(Error::key(key, "", format!("has no effect here; use {would_do}, or leave it out")));
+        }
+        Ok(())
     }
 
     /// The effective configuration as TOML, keys sorted. It gives the same run again.
@@ -109,8 +108,8 @@ impl Resolved {
         let mut scenario = self.scenario.clone();
         scenario.run.threads = 0;
         // All values of a file stand in the record, which is read where the file is not.
-        if super::sensor_file::is_file(&scenario.sensor.preset) {
-            scenario.sensor.preset = super::presets::NO_PRESET.to_owned();
+        if sensor_file::is_file(&scenario.sensor.preset) {
+            scenario.sensor.preset = presets::NO_PRESET.to_owned();
         }
         toml::Table::try_from(&scenario).expect("every field has a TOML form")
     }
@@ -124,6 +123,14 @@ impl Resolved {
     pub fn hash(&self) -> String {
         blake3::hash(self.recorded_text().as_bytes()).to_hex().to_string()
     }
+}
+
+fn assigned(assignments: &[String]) -> Result<Tree, Error> {
+    let mut assigned = Tree::default();
+    for assignment in assignments {
+        assigned.merge(Tree::from_assignment(assignment)?);
+    }
+    Ok(assigned)
 }
 
 fn typed(tree: &Tree) -> Result<Scenario, Error> {

@@ -9,7 +9,6 @@ use crate::error::Error;
 /// Sections that such a file may have: those of the presets that come with the program, and the supplies that its power follows.
 const SECTIONS: [&str; 3] = ["sensor", "link", "energy"];
 
-/// Whether a preset's name is that of a file.
 pub(super) fn is_file(name: &str) -> bool {
     name.ends_with(".toml")
 }

@@ -9,8 +9,6 @@ use crate::units::FrameIndex;
 pub const HEADER_BYTES: usize = 4;
 /// Checksum after a payload.
 pub const CRC_BYTES: usize = 2;
-/// Data types below this are short packets.
-const LONG_PACKETS_FROM: u8 = 0x10;
 
 /// The data types that this link sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,6 +34,11 @@ impl DataType {
         }
     }
 
+    /// Whether its packets have no payload: numbers below 0x10.
+    pub(crate) fn is_short(self) -> bool {
+        self.number() < 0x10
+    }
+
     pub(crate) fn from_number(number: u8) -> Option<Self> {
         let others = [Self::FrameStart, Self::FrameEnd, Self::LineStart, Self::Embedded, Self::Features];
         let all = others.into_iter().chain(RawKind::ALL.map(Self::Raw));
@@ -43,29 +46,21 @@ impl DataType {
     }
 }
 
-/// Whether packets of this data type have a payload.
-pub(crate) fn is_long(data_type: u8) -> bool {
-    data_type >= LONG_PACKETS_FROM
-}
-
 /// The number in frame-start and frame-end packets: 1 to 65,535 and again, because 0 means that frames are not counted.
 pub fn frame_number(frame: FrameIndex) -> u16 {
     low_u16(low_u32(u64::from(frame.0) % 65_535 + 1))
 }
 
-pub(crate) fn push_short(bytes: &mut Vec<u8>, channel: u8, data_type: DataType, field: u16) {
-    push_header(bytes, channel, data_type, field);
-}
-
 /// Panics on payloads over 65,535 bytes, which callers refuse.
 pub(crate) fn push_long(bytes: &mut Vec<u8>, channel: u8, data_type: DataType, payload: &[u8]) {
     let count = u16::try_from(payload.len()).expect("payloads are checked against the word count");
-    push_header(bytes, channel, data_type, count);
+    push_short(bytes, channel, data_type, count);
     bytes.extend_from_slice(payload);
     bytes.extend_from_slice(&crc16(payload).to_le_bytes());
 }
 
-fn push_header(bytes: &mut Vec<u8>, channel: u8, data_type: DataType, field: u16) {
+/// A short packet, or the header of a long one.
+pub(crate) fn push_short(bytes: &mut Vec<u8>, channel: u8, data_type: DataType, field: u16) {
     assert!(channel < 4, "a link has four virtual channels");
     let [low, high] = field.to_le_bytes();
     let header = [channel << 6 | data_type.number(), low, high];

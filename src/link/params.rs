@@ -29,13 +29,14 @@ impl Mode {
     }
 }
 
-/// What happens where a row is converted and the row FIFO in front of the link is full.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum WhenFull {
-    /// It never happens: a configuration in which it could is refused with the line length that is accepted.
-    Refuse,
-    /// The readout stalls, all its registers held, until the oldest row has left.
-    Stall,
+named! {
+    /// What happens where a row is converted and the row FIFO in front of the link is full.
+    pub enum WhenFull {
+        /// It never happens: a configuration in which it could is refused with the line length that is accepted.
+        Refuse = "refuse",
+        /// The readout stalls, all its registers held, until the oldest row has left.
+        Stall = "stall",
+    }
 }
 
 /// What the link is set to.

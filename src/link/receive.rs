@@ -15,20 +15,10 @@ pub use stream::Decoder;
 
 /// Decodes packets that stand back to back. Any bytes are taken: damage is counted, never a panic.
 pub fn decode(bytes: &[u8]) -> Decoded {
-    decoded(bytes, true)
+    HostDecoder::new(true, None).decode_all(bytes)
 }
 
 /// The same for a host that looks at features only: frames have no picture, and everything else is as `decode` says.
 pub fn decode_without_pictures(bytes: &[u8]) -> Decoded {
-    decoded(bytes, false)
-}
-
-fn decoded(bytes: &[u8], wants_pictures: bool) -> Decoded {
-    let mut host = HostDecoder::new(wants_pictures, None);
-    let mut at = 0;
-    while at < bytes.len() {
-        at += host.step(&bytes[at..]);
-    }
-    host.close();
-    host.decoded
+    HostDecoder::new(false, None).decode_all(bytes)
 }

@@ -60,7 +60,6 @@ pub struct Camera {
     pub aperture: Aperture,
     /// Distance between pixel centres, and the width of a pixel's square area, in micrometres.
     pub pixel_pitch_um: f64,
-    /// Fall of light towards the corners.
     shading: Shading,
     /// Colour filters over the pixels.
     pub mosaic: Mosaic,
@@ -70,7 +69,6 @@ pub struct Camera {
     pub(super) band_groups: Vec<BandGroup>,
     /// Share of the light behind the filters that ends in the four neighbours.
     pub(super) optical_crosstalk: f64,
-    /// Where its pixels look.
     bearings: Bearings,
 }
 
@@ -295,7 +293,6 @@ impl Bearings {
 /// Bands that are rendered and changed together.
 #[derive(Clone, Debug)]
 pub(super) struct BandGroup {
-    /// The bands' mapping.
     pub(super) lens: Lens,
     pub(super) bearings: Bearings,
     /// Filters that the render applies; all others come afterwards.

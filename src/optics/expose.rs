@@ -14,7 +14,7 @@ use super::mosaic::{FILTER_BANDS, Mosaic};
 use super::psf::Psf;
 use super::render::{Exposure, Sampling, render, render_fixed, render_over};
 use crate::draw::DrawKey;
-use crate::error::Error;
+use crate::error::{Error, within};
 use crate::num::{f32_nearest, f64_from_usize};
 use crate::plane::Plane;
 use crate::pose::Pose;
@@ -89,18 +89,12 @@ impl Camera {
 }
 
 fn check(path: &ImagePath) -> Result<(), Error> {
-    let in_range = |key: &str, value: f64, least: f64, most: f64| {
-        if value >= least && value <= most {
-            return Ok(());
-        }
-        Err(Error::key(key, value, format!("out of range; use {least} to {most}")))
-    };
-    in_range("optics.defocus_um", path.psf.defocus_um, 0.0, 1000.0)?;
-    in_range("optics.aberration_um", path.psf.aberration_um, 0.0, 1000.0)?;
-    in_range("sensor.pixel.optical_crosstalk", path.optical_crosstalk, 0.0, 0.5)?;
+    within("optics.defocus_um", path.psf.defocus_um, 0.0, 1000.0)?;
+    within("optics.aberration_um", path.psf.aberration_um, 0.0, 1000.0)?;
+    within("sensor.pixel.optical_crosstalk", path.optical_crosstalk, 0.0, 0.5)?;
     for band in 0..FILTER_BANDS {
-        in_range("sensor.pixel.electrical_crosstalk", path.electrical_crosstalk[band], 0.0, 0.5)?;
-        in_range("optics.lateral_ca", 1e3 * (path.magnification[band] - 1.0), -50.0, 50.0)?;
+        within("sensor.pixel.electrical_crosstalk", path.electrical_crosstalk[band], 0.0, 0.5)?;
+        within("optics.lateral_ca", 1e3 * (path.magnification[band] - 1.0), -50.0, 50.0)?;
     }
     Ok(())
 }

@@ -10,7 +10,6 @@ use crate::units::Span;
 /// Pictures that are kept: cameras times exposures a frame times bands that are rendered one by one.
 const KEPT: usize = 64;
 
-/// A picture under its key.
 type Kept = ([u8; 32], Arc<FixedPicture>);
 
 /// Pictures of one scene under steady light.

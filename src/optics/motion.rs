@@ -60,7 +60,6 @@ impl Parabola {
         Turn(unrolled!(N in 12 => (of[N][1] + (share + share) * of[N][2]) * spans))
     }
 
-    /// Whether it is one pose throughout.
     fn is_still(&self) -> bool {
         self.coefficients.iter().all(|[_, b, c]| *b == 0.0 && *c == 0.0)
     }
@@ -118,9 +117,7 @@ impl Parabolas {
         let of = &self.coefficients;
         Turns(unrolled!(N in 12 => of[N][0] + share * (of[N][1] + share * of[N][2])))
     }
-}
 
-impl Parabolas {
     /// Each lane's from another of some.
     #[inline(always)]
     pub fn gathered<'a>(of: impl Fn(usize) -> (&'a Self, usize)) -> Self {
@@ -145,9 +142,7 @@ impl Parabolas {
         }
         Turn(numbers)
     }
-}
 
-impl Parabolas {
     /// One lane's pose at its share of the span.
     fn turn_of(&self, lane: usize, share: f32) -> Turn {
         let mut numbers = [0.0; NUMBERS];
@@ -261,9 +256,7 @@ impl Timeline {
             self.pieces = vec![self.pieces[0].clone(); index(pieces)];
         }
     }
-}
 
-impl Timeline {
     /// The pose of one lane of the packet at a share of its exposure.
     pub fn turn_at(&self, lane: usize, share: f32) -> Turn {
         let pieces = f32_from_u32(u32_from(self.pieces.len()));

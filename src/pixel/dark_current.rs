@@ -29,8 +29,7 @@ const PHOTODIODE: u64 = 2;
 const STORAGE: u64 = 3;
 
 impl DarkCurrent {
-    /// Published number.
-    pub const NUMBER: EffectNumber = EffectNumber(103);
+    const NUMBER: EffectNumber = EffectNumber(103);
 
     /// `None` where no dark charge gathers.
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {

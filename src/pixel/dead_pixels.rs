@@ -16,8 +16,7 @@ pub struct DeadPixels {
 }
 
 impl DeadPixels {
-    /// Published number.
-    pub const NUMBER: EffectNumber = EffectNumber(116);
+    const NUMBER: EffectNumber = EffectNumber(116);
 
     /// `None` where no pixel is dead.
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {

@@ -18,8 +18,7 @@ pub struct DieGain {
 }
 
 impl DieGain {
-    /// Published number.
-    pub const NUMBER: EffectNumber = EffectNumber(119);
+    pub(super) const NUMBER: EffectNumber = EffectNumber(119);
 
     /// `None` where dies do not differ.
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {

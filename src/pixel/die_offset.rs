@@ -17,8 +17,7 @@ pub struct DieOffset {
 }
 
 impl DieOffset {
-    /// Published number.
-    pub const NUMBER: EffectNumber = EffectNumber(118);
+    pub(super) const NUMBER: EffectNumber = EffectNumber(118);
 
     /// `None` where dies do not differ.
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {

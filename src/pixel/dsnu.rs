@@ -20,8 +20,7 @@ pub struct Dsnu {
 }
 
 impl Dsnu {
-    /// Published number.
-    pub const NUMBER: EffectNumber = EffectNumber(104);
+    const NUMBER: EffectNumber = EffectNumber(104);
 
     /// `None` where all pixels are dark alike.
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {

@@ -10,16 +10,12 @@
 
 use super::params::PixelParams;
 use super::sample_noise::{SampleNoise, SampleSigmas, SampleTiming};
-use crate::draw::EffectNumber;
 use crate::effect::Effect;
-
-/// Published number.
-pub const NUMBER: EffectNumber = EffectNumber(111);
 
 /// 1/f noise of the source follower; `None` where it is silent.
 pub fn flicker_noise(params: &PixelParams, sampling: SampleTiming) -> Option<Box<dyn Effect>> {
     let sigma_uv = flicker_variance_uv2(params, sampling).sqrt();
-    SampleNoise::boxed("flicker_noise", NUMBER, SampleSigmas::of_difference(sigma_uv, sampling.samples))
+    SampleNoise::boxed("flicker_noise", 111, SampleSigmas::of_difference(sigma_uv, sampling.samples))
 }
 
 /// Variance of what is converted in uV^2: of the difference where both samples are taken.

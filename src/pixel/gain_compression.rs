@@ -35,9 +35,7 @@ impl GainCompression {
         };
         (params.gain_compression > 0.0).then(|| Box::new(effect) as Box<dyn Effect>)
     }
-}
 
-impl GainCompression {
     /// Mean square of dark charge that has a long tail over pixels; an exponential of mean h has 2 h^2.
     fn tail_e2(&self, facts: &Facts) -> f64 {
         let hot_e = self.rates.hot_mean_e(facts.exposure_s, facts.storage_s_max, facts.dies);

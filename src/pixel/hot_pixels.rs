@@ -21,8 +21,7 @@ pub struct HotPixels {
 }
 
 impl HotPixels {
-    /// Published number.
-    pub const NUMBER: EffectNumber = EffectNumber(115);
+    const NUMBER: EffectNumber = EffectNumber(115);
 
     /// `None` where no pixel is hot.
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {

@@ -6,15 +6,11 @@
 
 use super::params::PixelParams;
 use super::sample_noise::{SampleNoise, SampleSigmas, SampledLevels};
-use crate::draw::EffectNumber;
 use crate::effect::Effect;
-
-/// Published number.
-pub const NUMBER: EffectNumber = EffectNumber(106);
 
 /// Thermal noise of the reset, as far as sampling leaves it; `None` where double sampling removes it.
 pub fn ktc_noise(params: &PixelParams, samples: SampledLevels) -> Option<Box<dyn Effect>> {
-    SampleNoise::boxed("ktc_noise", NUMBER, ktc_sigmas(params, samples))
+    SampleNoise::boxed("ktc_noise", 106, ktc_sigmas(params, samples))
 }
 
 /// Sigmas of reset noise in the samples as they are converted.

@@ -1,6 +1,6 @@
 //! Parameters of a pixel: checks the values of a config and derives what follows from them.
 
-use crate::error::Error;
+use crate::error::{Error, within};
 use crate::text::named;
 use crate::units::{BOLTZMANN_J_PER_K, ELEMENTARY_CHARGE_C};
 
@@ -204,14 +204,6 @@ impl PixelParams {
             1e6 * (SOURCE_FOLLOWER_GAIN * heat * gain_v_per_e).sqrt()
         })
     }
-}
-
-/// Refuses a value outside `least..=most`, NaN included.
-pub(crate) fn within(key: &str, value: f64, least: f64, most: f64) -> Result<(), Error> {
-    if value >= least && value <= most {
-        return Ok(());
-    }
-    Err(Error::key(key, value, format!("out of range; use {least} to {most}")))
 }
 
 #[cfg(test)]

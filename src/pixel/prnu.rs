@@ -20,8 +20,7 @@ pub struct Prnu {
 }
 
 impl Prnu {
-    /// Published number.
-    pub const NUMBER: EffectNumber = EffectNumber(101);
+    const NUMBER: EffectNumber = EffectNumber(101);
 
     /// `None` where all pixels respond alike.
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {

@@ -5,13 +5,9 @@
 
 use super::params::PixelParams;
 use super::sample_noise::{SampleNoise, SampleSigmas, SampledLevels};
-use crate::draw::EffectNumber;
 use crate::effect::Effect;
-
-/// Published number.
-pub const NUMBER: EffectNumber = EffectNumber(107);
 
 /// Noise of source follower, column and comparator together; `None` where the chain is silent.
 pub fn read_noise(params: &PixelParams, samples: SampledLevels) -> Option<Box<dyn Effect>> {
-    SampleNoise::boxed("read_noise", NUMBER, SampleSigmas::of_difference(params.read_noise_uv, samples))
+    SampleNoise::boxed("read_noise", 107, SampleSigmas::of_difference(params.read_noise_uv, samples))
 }

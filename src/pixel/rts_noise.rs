@@ -45,8 +45,7 @@ const DUTIES: u64 = 4;
 const TWO_TO_32: f64 = 4_294_967_296.0;
 
 impl RtsNoise {
-    /// Published number.
-    pub const NUMBER: EffectNumber = EffectNumber(110);
+    const NUMBER: EffectNumber = EffectNumber(110);
 
     /// `None` where no trap affects the samples.
     pub fn from_params(params: &PixelParams, sampling: SampleTiming) -> Option<Box<dyn Effect>> {

@@ -86,9 +86,10 @@ pub struct SampleNoise {
 }
 
 impl SampleNoise {
-    /// `None` where both sigmas are 0.
-    pub fn boxed(name: &'static str, number: EffectNumber, sigmas: SampleSigmas) -> Option<Box<dyn Effect>> {
-        (sigmas.variance_uv2() > 0.0).then(|| Box::new(Self { name, number, sigmas }) as Box<dyn Effect>)
+    /// Under a published number; `None` where both sigmas are 0.
+    pub fn boxed(name: &'static str, number: u64, sigmas: SampleSigmas) -> Option<Box<dyn Effect>> {
+        let effect = Self { name, number: EffectNumber(number), sigmas };
+        (sigmas.variance_uv2() > 0.0).then(|| Box::new(effect) as Box<dyn Effect>)
     }
 }
 

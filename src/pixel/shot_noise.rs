@@ -15,8 +15,7 @@ pub struct ShotNoise {
 }
 
 impl ShotNoise {
-    /// Published number.
-    pub const NUMBER: EffectNumber = EffectNumber(102);
+    const NUMBER: EffectNumber = EffectNumber(102);
 
     /// Every pixel has it.
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {

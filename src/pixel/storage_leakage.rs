@@ -18,8 +18,7 @@ pub struct StorageLeakage {
 }
 
 impl StorageLeakage {
-    /// Published number.
-    pub const NUMBER: EffectNumber = EffectNumber(109);
+    const NUMBER: EffectNumber = EffectNumber(109);
 
     /// `None` where the storage node is tight.
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {

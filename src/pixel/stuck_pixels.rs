@@ -18,8 +18,7 @@ pub struct StuckPixels {
 const FAR_UV: f32 = 1e9;
 
 impl StuckPixels {
-    /// Published number.
-    pub const NUMBER: EffectNumber = EffectNumber(117);
+    const NUMBER: EffectNumber = EffectNumber(117);
 
     /// `None` where no pixel is stuck.
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {

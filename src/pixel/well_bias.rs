@@ -85,14 +85,15 @@ impl WellBias {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::pixel::ANY_DIE;
     use crate::pixel::params::tests::paper_pixel;
 
     const WELL_E: f64 = 1000.0;
 
-    fn facts(light_e: f64) -> Facts {
+    /// One pixel's light without anything dark.
+    pub(in super::super) fn facts(light_e: f64) -> Facts {
         Facts {
             is_capped: false,
             signal_e_min: light_e,

@@ -47,7 +47,6 @@ impl LineDemand {
         }
     }
 
-    /// The words of the error.
     pub(super) fn words(&self) -> String {
         let time_us = 1e6 * self.time_s;
         match self.kind {
@@ -110,11 +109,5 @@ pub(super) fn shift_lane_clk(geometry: &Geometry, params: &ReadoutParams, bits: 
 
 /// The demand that decides; the first of equals.
 pub(super) fn greatest(demands: &[LineDemand; 4]) -> LineDemand {
-    let mut most = demands[0];
-    for demand in &demands[1..] {
-        if demand.needed_clk > most.needed_clk {
-            most = *demand;
-        }
-    }
-    most
+    *demands.iter().rev().max_by_key(|demand| demand.needed_clk).expect("a line has demands")
 }

@@ -9,6 +9,8 @@ use crate::units::{CameraIndex, Clocks, FrameIndex};
 
 /// Parts in a billion of one.
 const BILLION: i64 = 1_000_000_000;
+/// Nanoseconds of a second times parts of one.
+const NANO_PARTS: u128 = 1_000_000_000_000_000_000;
 
 /// A span in whole clocks of `pix_clk` of one camera, counted from that camera's first clock. `end >= start`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,7 +64,7 @@ impl FrameClock {
             Trigger::External { period_ns, delay_clk } => {
                 // Below 1e6 frames of 1e11 ns, 1e11 Hz and 1.001e9: under 1.1e37, in range of 128 bits.
                 let pulse_ns = u128::from(frame.0) * u128::from(period_ns) + u128::from(self.skew_ns);
-                let edge = (pulse_ns * u128::from(self.rate_hz) * self.parts()).div_ceil(nano_parts());
+                let edge = (pulse_ns * u128::from(self.rate_hz) * self.parts()).div_ceil(NANO_PARTS);
                 Clocks(
                     u64::try_from(edge).expect("a run of a million frames has less than 2^64 clocks")
                         + u64::from(delay_clk),
@@ -101,7 +103,7 @@ impl FrameClock {
 
     /// Shortest period of an external trigger in ns that leaves room for a whole frame between any two pulses.
     pub fn shortest_period_ns(&self) -> u64 {
-        let period = (u128::from(self.frame_clk) * nano_parts()).div_ceil(u128::from(self.rate_hz) * self.parts());
+        let period = (u128::from(self.frame_clk) * NANO_PARTS).div_ceil(u128::from(self.rate_hz) * self.parts());
         u64::try_from(period).expect("a frame of at most 2^40 clocks at 1 kHz or more")
     }
 
@@ -114,9 +116,4 @@ impl FrameClock {
     fn parts(&self) -> u128 {
         u128::try_from(BILLION + self.ppb).expect("a clock is off by at most a thousandth")
     }
-}
-
-/// Nanoseconds of a second times parts of one.
-fn nano_parts() -> u128 {
-    1_000_000_000_000_000_000
 }

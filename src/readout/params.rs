@@ -3,8 +3,7 @@
 //! Names follow sensors' registers: HTS and VTS as in OmniVision's and Sony's drivers, coarse and fine integration time as in
 //! MIPI CCS, staggered exposures as in Sony's DOL (digital overlap) readout.
 
-use crate::error::Error;
-use crate::pixel::within;
+use crate::error::{Error, check_clock, within};
 use crate::text::named;
 
 named! {
@@ -35,13 +34,14 @@ pub enum FrameLength {
     RateHz(f64),
 }
 
-/// What an exposure does that is longer than its frame less the margin.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LongExposure {
-    /// It is an error that names the shortest VTS that is accepted.
-    Refuse,
-    /// The frame grows to exposure + margin, as drivers of IMX219 raise VTS for a long exposure.
-    ExtendFrame,
+named! {
+    /// What an exposure does that is longer than its frame less the margin.
+    pub enum LongExposure {
+        /// It is an error that names the shortest VTS that is accepted.
+        Refuse = "refuse",
+        /// The frame grows to exposure + margin, as drivers of IMX219 raise VTS for a long exposure.
+        ExtendFrame = "extend_frame",
+    }
 }
 
 /// How many exposures a frame has.
@@ -168,20 +168,6 @@ pub(super) const LENGTH_MAX: u32 = 1 << 24;
 /// Greatest frame in clocks: with it a million frames and more stay below 2^63 clocks.
 pub(super) const FRAME_CLK_MAX: u64 = 1 << 40;
 
-fn whole(key: &str, value: u32, least: u32, most: u32) -> Result<(), Error> {
-    if (least..=most).contains(&value) {
-        return Ok(());
-    }
-    Err(Error::key(key, value, format!("out of range; use {least} to {most}")))
-}
-
-fn frequency(key: &str, value_hz: u64) -> Result<(), Error> {
-    if (1_000..=100_000_000_000).contains(&value_hz) {
-        return Ok(());
-    }
-    Err(Error::key(key, value_hz, "out of range; use 1000 to 100000000000 (1 kHz to 100 GHz)"))
-}
-
 impl ReadoutParams {
     /// The plainest readout of these lengths: whole array, one exposure, own clock, no lanes, no pulses.
     pub fn plain(shutter: Shutter, hts: u32, vts: u32, pixel_rate_hz: u64, exposure: ExposureSetting) -> Self {
@@ -215,31 +201,36 @@ impl ReadoutParams {
 
     /// Refuses values out of range, naming key, value and an accepted value.
     pub fn check(&self) -> Result<(), Error> {
-        whole("sensor.readout.hts", self.hts, 1, LENGTH_MAX)?;
+        within("sensor.readout.hts", self.hts.into(), 1.0, LENGTH_MAX.into())?;
         match self.frame {
-            FrameLength::Lines(vts) => whole("sensor.readout.vts", vts, 1, LENGTH_MAX)?,
+            FrameLength::Lines(vts) => within("sensor.readout.vts", vts.into(), 1.0, LENGTH_MAX.into())?,
             FrameLength::RateHz(rate_hz) => within("sensor.readout.frame_rate_hz", rate_hz, 1e-6, 1e6)?,
         }
-        frequency("sensor.readout.pixel_rate_hz", self.pixel_rate_hz)?;
+        check_clock("sensor.readout.pixel_rate_hz", self.pixel_rate_hz)?;
         if let ExposureSetting::Us(exposure_us) = self.exposure {
             within("sensor.readout.exposure_us", exposure_us, 0.0, 1e9)?;
         }
-        whole("sensor.readout.exposure_lines_min", self.exposure_lines_min, 0, 65_535)?;
-        whole("sensor.readout.exposure_margin_lines", self.exposure_margin_lines, 0, LENGTH_MAX - 1)?;
+        within("sensor.readout.exposure_lines_min", self.exposure_lines_min.into(), 0.0, 65_535.0)?;
+        within(
+            "sensor.readout.exposure_margin_lines",
+            self.exposure_margin_lines.into(),
+            0.0,
+            (LENGTH_MAX - 1).into(),
+        )?;
         if self.exposure_fine_clk >= self.hts {
             let reason = format!("out of range; use 0 to {} (less than a line of hts clocks)", self.hts - 1);
             return Err(Error::key("sensor.readout.exposure_fine_clk", self.exposure_fine_clk, reason));
         }
-        whole("sensor.readout.lanes", self.lanes, 0, 65_536)?;
-        frequency("sensor.readout.lane_clock_hz", self.lane_clock_hz)?;
+        within("sensor.readout.lanes", self.lanes.into(), 0.0, 65_536.0)?;
+        check_clock("sensor.readout.lane_clock_hz", self.lane_clock_hz)?;
         for (key, value) in [
             ("sensor.readout.reset_clk", self.pulses.reset_clk),
             ("sensor.readout.transfer_clk", self.pulses.transfer_clk),
             ("sensor.readout.latch_clk", self.pulses.latch_clk),
         ] {
-            whole(key, value, 0, LENGTH_MAX)?;
+            within(key, value.into(), 0.0, LENGTH_MAX.into())?;
         }
-        whole("sensor.readout.register_latency_frames", self.register_latency_frames, 0, 8)?;
+        within("sensor.readout.register_latency_frames", self.register_latency_frames.into(), 0.0, 8.0)?;
         self.check_exposures()?;
         self.check_sync()
     }
@@ -253,7 +244,7 @@ impl ReadoutParams {
             }
         }
         let Hdr::MultiExposure { exposures, ratio } = self.hdr else { return Ok(()) };
-        whole("sensor.readout.hdr_exposures", exposures, 2, 4)?;
+        within("sensor.readout.hdr_exposures", exposures.into(), 2.0, 4.0)?;
         within("sensor.readout.hdr_exposure_ratio", ratio, 1.001, 1024.0)?;
         if self.shutter == Shutter::Global {
             let reason = "staggered exposures need a rolling shutter: a pixel stores one charge; use none";

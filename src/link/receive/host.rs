@@ -1,7 +1,7 @@
 //! The host's picture of the link: frames that are open, and what was decoded.
 
 use super::super::checks::{HeaderCheck, check_header, crc16};
-use super::super::packet::{CRC_BYTES, DataType, HEADER_BYTES, is_long};
+use super::super::packet::{CRC_BYTES, DataType, HEADER_BYTES};
 use super::decoded::Decoded;
 use super::frame::Open;
 use crate::num::u64_from;
@@ -19,13 +19,24 @@ impl<'a> HostDecoder<'a> {
         Self { decoded: Decoded::default(), open, is_fresh: false, wants_pictures }
     }
 
+    /// Decodes a stream up to its end.
+    pub(super) fn decode_all(mut self, bytes: &'a [u8]) -> Decoded {
+        let mut at = 0;
+        while at < bytes.len() {
+            at += self.step(&bytes[at..]);
+        }
+        self.close();
+        self.decoded
+    }
+
     /// Takes a packet, or skips to the next one that can be believed. Gives back how many bytes that were, at least one.
     pub(super) fn step(&mut self, bytes: &'a [u8]) -> usize {
         self.is_fresh = false;
         if let Some(length) = self.packet(bytes) {
             return length;
         }
-        let skipped = (1 + self.next_packet(&bytes[1..])).min(bytes.len());
+        let next = (1..bytes.len()).find(|&at| self.believable(&bytes[at..]));
+        let skipped = next.unwrap_or(bytes.len());
         self.skip(skipped);
         skipped
     }
@@ -48,7 +59,7 @@ impl<'a> HostDecoder<'a> {
         let Some(data_type) = DataType::from_number(header[0] & 0x3F) else {
             return self.refuse_header();
         };
-        if !is_long(data_type.number()) {
+        if data_type.is_short() {
             self.decoded.counts.packets += 1;
             self.short(channel, data_type, field);
             return Some(HEADER_BYTES);
@@ -82,11 +93,6 @@ impl<'a> HostDecoder<'a> {
         if let Some(open) = &mut self.open {
             open.damaged = true;
         }
-    }
-
-    /// Bytes before the next packet that can be believed; all of them if there is none.
-    fn next_packet(&self, bytes: &[u8]) -> usize {
-        (0..bytes.len()).find(|&at| self.believable(&bytes[at..])).unwrap_or(bytes.len())
     }
 
     fn believable(&self, bytes: &[u8]) -> bool {
@@ -147,7 +153,7 @@ impl<'a> HostDecoder<'a> {
         }
     }
 
-    pub(super) fn close(&mut self) {
+    fn close(&mut self) {
         if let Some(open) = self.open.take() {
             let (frame, rows_lost, doubled) = open.finish(self.wants_pictures);
             self.decoded.counts.frames_damaged += u64::from(!frame.whole);

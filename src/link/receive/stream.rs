@@ -66,13 +66,7 @@ impl Decoder {
     /// What has ended of the stream is decoded; the rest is what a stream leaves that is cut short. Gives back the frames that are left,
     /// and what was right and wrong of all bytes.
     pub fn finish(mut self) -> Decoded {
-        let mut host = self.host();
-        let mut at = 0;
-        while at < self.held.len() {
-            at += host.step(&self.held[at..]);
-        }
-        host.close();
-        let Decoded { frames, counts } = host.decoded;
+        let Decoded { frames, counts } = self.host().decode_all(&self.held);
         self.counts.merge(&counts);
         Decoded { frames, counts: self.counts }
     }

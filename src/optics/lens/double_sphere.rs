@@ -3,7 +3,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::projection::{Projected, RIM, denominator, depth_of, over};
+use super::projection::{Projected, RIM, denominator, depth_of, limit, over};
 use crate::num::greater;
 
 /// Its two parameters beside the intrinsics.
@@ -16,12 +16,6 @@ pub struct DoubleSphere {
 }
 
 impl DoubleSphere {
-    /// Cosine at the second sphere's centre at which the pinhole's rays touch that sphere (alpha above 1/2) or run along the plane,
-    /// negated (the paper's w1).
-    fn limit(&self) -> f64 {
-        if self.alpha <= 0.5 { self.alpha / (1.0 - self.alpha) } else { (1.0 - self.alpha) / self.alpha }
-    }
-
     /// Whether xi and alpha make a lens.
     fn is_sound(&self) -> bool {
         self.xi > -1.0 && self.xi < 1.0 && (0.0..=1.0).contains(&self.alpha)
@@ -37,7 +31,7 @@ impl DoubleSphere {
         if !self.is_sound() {
             return 0.0;
         }
-        let (w, xi) = (self.limit(), self.xi);
+        let (w, xi) = (limit(self.alpha), self.xi);
         let sine = greater(1.0 - w * w, 0.0).sqrt();
         let length = (w * w * xi * xi + 1.0 - xi * xi).sqrt() - w * xi;
         libm::atan2(length * sine, -length * w - xi)
@@ -52,7 +46,7 @@ impl DoubleSphere {
         let second = (point.x * point.x + point.y * point.y + z * z).sqrt();
         // False for NaN.
         let denominator = denominator(self.alpha, second, z, point.x * point.x + point.y * point.y);
-        if !(z > -(self.limit() + RIM) * second && denominator > 0.0) {
+        if !(z > -(limit(self.alpha) + RIM) * second && denominator > 0.0) {
             return None;
         }
         let z_gradient = point * (self.xi / first) + DVec3::Z;

@@ -3,7 +3,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::projection::{Projected, RIM, denominator, depth_of, over};
+use super::projection::{Projected, RIM, denominator, depth_of, limit, over};
 use crate::num::greater;
 
 /// Its two parameters beside the intrinsics.
@@ -16,12 +16,6 @@ pub struct Eucm {
 }
 
 impl Eucm {
-    /// Depth over the ellipsoid's distance at which the pinhole's rays touch the ellipsoid (alpha above 1/2) or run along the plane,
-    /// negated.
-    fn limit(&self) -> f64 {
-        if self.alpha <= 0.5 { self.alpha / (1.0 - self.alpha) } else { (1.0 - self.alpha) / self.alpha }
-    }
-
     /// Whether alpha and beta make a lens.
     fn is_sound(&self) -> bool {
         (0.0..=1.0).contains(&self.alpha) && self.beta > 0.0 && self.beta.is_finite()
@@ -31,7 +25,7 @@ impl Eucm {
         if !self.is_sound() {
             return 0.0;
         }
-        let w = self.limit();
+        let w = limit(self.alpha);
         libm::atan2(greater(1.0 - w * w, 0.0).sqrt(), -w * self.beta.sqrt())
     }
 
@@ -40,7 +34,7 @@ impl Eucm {
         let distance = (aside2 + point.z * point.z).sqrt();
         let denominator = denominator(self.alpha, distance, point.z, aside2);
         // False for NaN.
-        let is_inside = point.z > -(self.limit() + RIM) * distance && denominator > 0.0;
+        let is_inside = point.z > -(limit(self.alpha) + RIM) * distance && denominator > 0.0;
         if !(distance.is_normal() && self.is_sound() && is_inside) {
             return None;
         }

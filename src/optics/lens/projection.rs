@@ -14,6 +14,12 @@ pub type BearingJacobian = [[f64; 2]; 3];
 /// A place in the mapping's plane, and rows of its derivative by the point, each times one of two scales.
 pub(super) type Projected = (DVec2, ProjectionJacobian);
 
+/// Depth over the distance `d` of [`denominator`] at which the pinhole's rays touch the sphere or ellipsoid (alpha above 1/2) or run along
+/// the plane, negated; the double sphere's w1.
+pub(super) fn limit(alpha: f64) -> f64 {
+    if alpha <= 0.5 { alpha / (1.0 - alpha) } else { (1.0 - alpha) / alpha }
+}
+
 /// `alpha d + (1 - alpha) z`, where `d^2 = aside2 + z^2`. Behind the sphere's middle the two parts nearly cancel, so there it is
 /// the difference of their squares over that of the parts.
 pub(super) fn denominator(alpha: f64, distance: f64, z: f64, aside2: f64) -> f64 {
