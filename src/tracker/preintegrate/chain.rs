@@ -89,8 +89,7 @@ impl ImuFilter {
         // Links that meet share a velocity: each has two of its own, of which the later is the next one's earlier.
         let mut place = 6 * poses;
         for (k, &(link, from, to)) in used.iter().enumerate() {
-            let ends = (velocities[k].0, velocities[k].1);
-            let rows = self.rows(now, link, (from, to), (ends, place));
+            let rows = self.rows(now, link, (from, to), (velocities[k], place));
             system.add(&rows, link)?;
             place += if used.get(k + 1).is_some_and(|(next, ..)| next.from == link.to) { 3 } else { 6 };
         }
