@@ -200,10 +200,8 @@ impl Mesh {
         let mut vertices = vertices.into();
         assert!(index(material) < self.materials.len(), "a mesh needs its material first");
         if let Some(bad) = vertices.iter().position(|vertex| !vertex.position_m.iter().all(|x| in_range(*x))) {
-            return Err(format!(
-                "vertex {bad} is at {:?}; coordinates are finite and below 1e6 m",
-                vertices[bad].position_m
-            ));
+            let at_m = vertices[bad].position_m;
+            return Err(format!("vertex {bad} is at {at_m:?}; coordinates are finite and below 1e6 m"));
         }
         let base = u32_from(self.vertices.len());
         let mut dropped = 0;
@@ -245,9 +243,7 @@ impl Mesh {
         let vertices = [vertex(0), vertex(1), vertex(2), vertex(3)];
         self.append(material, vertices, &[[0, 1, 2], [0, 2, 3]]).expect("a quadrangle made here is sound");
     }
-}
 
-impl Mesh {
     /// Takes ranges of triangles out, which are disjoint, and makes a mesh of each list of them with the materials that it uses. The rest
     /// keeps its materials and their order.
     #[must_use]
@@ -283,15 +279,12 @@ impl Mesh {
             let number = self.material_of[triangle];
             let material = *materials.entry(number).or_insert_with(|| {
                 let mut material = self.materials[index(number)].clone();
-                for texture in material.maps.textures_mut() {
+                for texture in material.maps.textures_mut().chain(&mut material.texture) {
                     *texture = taken_over(*texture, &self.textures, &mut part.textures, &mut textures);
                 }
-                material.texture = material
-                    .texture
-                    .map(|texture| taken_over(texture, &self.textures, &mut part.textures, &mut textures));
-                material.cut_out = material
-                    .cut_out
-                    .map(|cut_out| taken_over(cut_out, &self.cut_outs, &mut part.cut_outs, &mut cut_outs));
+                if let Some(cut_out) = &mut material.cut_out {
+                    *cut_out = taken_over(*cut_out, &self.cut_outs, &mut part.cut_outs, &mut cut_outs);
+                }
                 part.materials.push(material);
                 u32_from(part.materials.len() - 1)
             });

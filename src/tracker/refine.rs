@@ -12,6 +12,7 @@ use crate::num::{greater, index, lesser};
 use crate::pose::Pose;
 use crate::tracker::dense::solve_cholesky;
 use crate::tracker::lie::{Twist, se3_exp};
+use crate::tracker::pose_graph::RobustKernel;
 use crate::tracker::rig::{Keypoint, RigCamera};
 use crate::tracker::sweep::{Moving, RatePrior};
 use crate::units::CameraIndex;
@@ -146,17 +147,6 @@ pub fn upper_median(values: &[f64]) -> Option<f64> {
 /// Huber's threshold in sigmas: the 95 % quantile of a two-dimensional normal error, sqrt(5.991).
 pub const HUBER_SIGMAS: f64 = 2.448;
 
-/// Huber's cost of a squared error, and the weight of its linearisation.
-#[inline]
-pub fn huber(error2: f64) -> (f64, f64) {
-    if error2 <= HUBER_SIGMAS * HUBER_SIGMAS {
-        (error2, 1.0)
-    } else {
-        let error = error2.sqrt();
-        (2.0 * HUBER_SIGMAS * error - HUBER_SIGMAS * HUBER_SIGMAS, HUBER_SIGMAS / error)
-    }
-}
-
 /// Error distribution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ErrorModel {
@@ -171,7 +161,7 @@ impl ErrorModel {
     #[inline]
     pub fn cost(self, error2: f64) -> f64 {
         match self {
-            Self::Huber => huber(error2).0,
+            Self::Huber => RobustKernel::Huber(HUBER_SIGMAS).at(error2).0,
             Self::StudentT(law) => law.cost(error2),
         }
     }
@@ -180,7 +170,7 @@ impl ErrorModel {
     #[inline]
     pub fn weight(self, error2: f64) -> f64 {
         match self {
-            Self::Huber => huber(error2).1,
+            Self::Huber => RobustKernel::Huber(HUBER_SIGMAS).at(error2).1,
             Self::StudentT(law) => law.weight(error2),
         }
     }
