@@ -196,11 +196,10 @@ impl Loop {
     /// `None` where too few keypoints have both.
     fn scale(&self, map: &Map, views: &[CameraKeypoints]) -> Option<f64> {
         let keyframe = map.keyframes.last()?;
+        let depth_m =
+            |state: &Moving, landmark: usize| state.body_from_world.point(map.landmarks[landmark].position_m).length();
         let mut ratios: Vec<f64> = Vec::new();
         for (_, found, holder) in self.holders(map, views) {
-            let depth_m = |state: &Moving, landmark: usize| {
-                state.body_from_world.point(map.landmarks[landmark].position_m).length()
-            };
             if let Some(holder) = holder.filter(|&holder| holder != found.landmark) {
                 ratios.push(depth_m(&self.seen, found.landmark) / depth_m(&keyframe.state, holder));
             }

@@ -112,12 +112,10 @@ impl MonoInitialiser {
                 first.rate = shot.rate;
             }
         }
-        let begun = match &self.first {
-            Some(first) if first.t_s < t_s && alone => {
-                stage.hold_alone(first, &shot, (&self.tracks, &self.between), work)
-            }
-            Some(first) if first.t_s < t_s => stage.hold(first, &shot, work),
-            _ => Err(()),
+        let begun = match self.first.as_ref().filter(|first| first.t_s < t_s) {
+            Some(first) if alone => stage.hold_alone(first, &shot, (&self.tracks, &self.between), work),
+            Some(first) => stage.hold(first, &shot, work),
+            None => Err(()),
         };
         if begun.is_err() {
             self.first = Some(shot.clone());
