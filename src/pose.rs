@@ -122,29 +122,38 @@ pub fn parse_tum(text: &str) -> Result<Vec<TimedPose>, LineError> {
 
 /// As [`parse_tum`], with what had to be put right.
 pub fn read_tum(text: &str) -> Result<(Vec<TimedPose>, Repairs), LineError> {
-    let mut poses: Vec<TimedPose> = Vec::new();
+    let (poses, repairs) = read_poses(text, parse_tum_line)?;
+    Ok((poses.into_iter().map(|(t_s, world_from_body)| TimedPose { t_s, world_from_body }).collect(), repairs))
+}
+
+/// Reads a time, a pose and its quaternion's distance from unit length from each line; `#` starts a comment line. Of repeated times the
+/// first is kept. Fails on a line that `parse_line` refuses, and on time going back; with the line.
+pub fn read_poses<T: Copy + PartialOrd + std::fmt::Display>(
+    text: &str,
+    parse_line: impl Fn(&str) -> Result<(T, Pose, f64), String>,
+) -> Result<(Vec<(T, Pose)>, Repairs), LineError> {
+    let mut poses: Vec<(T, Pose)> = Vec::new();
     let mut repairs = Repairs::default();
     for (index, line) in crate::text::without_mark(text).lines().enumerate() {
         let line = line.trim();
         if line.is_empty() || line.starts_with('#') {
             continue;
         }
-        let refused = |reason| LineError { line: index + 1, reason };
-        let (pose, norm_error) = parse_tum_line(line).map_err(refused)?;
+        let refused = |reason: String| LineError { line: index + 1, reason };
+        let (time, pose, norm_error) = parse_line(line).map_err(refused)?;
         match poses.last() {
-            Some(last) if pose.t_s < last.t_s => {
-                let reason = format!("time goes back from {} to {}; use rising times", last.t_s, pose.t_s);
-                return Err(refused(reason));
+            Some((last, _)) if time < *last => {
+                return Err(refused(format!("time goes back from {last} to {time}; use rising times")));
             }
-            Some(last) if pose.t_s == last.t_s => repairs.repeated += 1,
-            _ => poses.push(pose),
+            Some((last, _)) if time == *last => repairs.repeated += 1,
+            _ => poses.push((time, pose)),
         }
         repairs.norm_error = crate::num::greater(repairs.norm_error, norm_error);
     }
     Ok((poses, repairs))
 }
 
-fn parse_tum_line(line: &str) -> Result<(TimedPose, f64), String> {
+fn parse_tum_line(line: &str) -> Result<(f64, Pose, f64), String> {
     let mut fields = [0.0_f64; 8];
     let mut count = 0;
     for text in line.split([' ', '\t', ',']).filter(|text| !text.is_empty()) {
@@ -162,8 +171,7 @@ fn parse_tum_line(line: &str) -> Result<(TimedPose, f64), String> {
     let [t_s, x, y, z, qx, qy, qz, qw] = fields;
     let rotation = DQuat::from_xyzw(qx, qy, qz, qw);
     let norm_error = norm_error(rotation)?;
-    let world_from_body = Pose::new(rotation.normalize(), DVec3::new(x, y, z));
-    Ok((TimedPose { t_s, world_from_body }, norm_error))
+    Ok((t_s, Pose::new(rotation.normalize(), DVec3::new(x, y, z)), norm_error))
 }
 
 /// Writes TUM lines with twelve decimals, so that a reader loses nothing that matters.

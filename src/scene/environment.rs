@@ -10,7 +10,10 @@
 
 use std::f32::consts::PI;
 
+use super::chance;
+use super::hashing::hash_floats;
 use super::light::{BANDS, Bands, luminance, with_infrared};
+use super::vectors::{dot, sub, unit};
 use crate::error::Error;
 use crate::num::{f32_from_u32, f32_nearest, f64_from_usize, i32_truncated_f32, index, u32_from};
 
@@ -150,12 +153,7 @@ impl Environment {
 
     /// Greatest radiance of each band.
     pub fn greatest(&self) -> Bands {
-        let mut greatest = [0.0_f32; BANDS];
-        for texel in &self.map.texels {
-            for band in 0..BANDS {
-                greatest[band] = greatest[band].max(texel[band]);
-            }
-        }
+        let greatest = self.extreme(0.0, f32::max);
         let disc =
             self.sun.map_or([0.0; BANDS], |sun| sun.normal_irradiance.map(|e| e / f32_nearest(sun_solid_angle())));
         std::array::from_fn(|band| greatest[band] + disc[band])
@@ -163,13 +161,13 @@ impl Environment {
 
     /// Least radiance of each band.
     pub fn least(&self) -> Bands {
-        let mut least = [f32::MAX; BANDS];
-        for texel in &self.map.texels {
-            for band in 0..BANDS {
-                least[band] = least[band].min(texel[band]);
-            }
-        }
-        least
+        self.extreme(f32::MAX, f32::min)
+    }
+
+    /// What a choice between two values leaves of all texels in each band.
+    fn extreme(&self, start: f32, choose: fn(f32, f32) -> f32) -> Bands {
+        let chosen = |so_far: Bands, texel: &Bands| std::array::from_fn(|band| choose(so_far[band], texel[band]));
+        self.map.texels.iter().fold([start; BANDS], chosen)
     }
 
     /// Directions that a bake aims at, source by source: a share of `count` for the sun's disc, and `count` for the bright parts of the
@@ -183,8 +181,8 @@ impl Environment {
         if total > 0.0 {
             let brightest = self.brightest();
             let (around, others) = (0..count).map(|number| self.aim(number, count, total)).partition(|light| {
-                let apart: [f32; 3] = std::array::from_fn(|axis| light.direction[axis] - brightest[axis]);
-                super::vectors::dot(apart, apart) <= COMPACT_RAD * COMPACT_RAD
+                let apart = sub(light.direction, brightest);
+                dot(apart, apart) <= COMPACT_RAD * COMPACT_RAD
             });
             sources.extend([around, others]);
         }
@@ -202,10 +200,9 @@ impl Environment {
         }
         let width = index(self.map.width);
         let middle = |at: usize| f64_from_usize(at) + 0.5;
-        self.direction(
-            middle(place % width) / f64_from_usize(width),
-            middle(place / width) / f64::from(self.map.height),
-        )
+        let (u, v) =
+            (middle(place % width) / f64_from_usize(width), middle(place / width) / f64::from(self.map.height));
+        self.direction(u, v)
     }
 
     /// The direction of a number: its row by strata of power, its column by a sequence of the golden ratio.
@@ -252,10 +249,10 @@ impl Environment {
             let ([x, y, z], [r, g, b, n]) = (sun.direction, sun.normal_irradiance);
             [x, y, z, r, g, b, n]
         });
-        super::hashing::hash_floats(hasher, &sun);
-        super::hashing::hash_floats(hasher, &[self.yaw]);
+        hash_floats(hasher, &sun);
+        hash_floats(hasher, &[self.yaw]);
         let numbers: Vec<f32> = self.map.texels.iter().flatten().copied().collect();
-        super::hashing::hash_floats(hasher, &numbers);
+        hash_floats(hasher, &numbers);
     }
 }
 
@@ -271,27 +268,23 @@ fn sun_solid_angle() -> f64 {
 impl Sun {
     fn covers(&self, direction: [f32; 3]) -> bool {
         // The chord, because cosines near 1 have too few digits in f32.
-        let mut chord2 = 0.0;
-        for axis in 0..3 {
-            let apart = direction[axis] - self.direction[axis];
-            chord2 += apart * apart;
-        }
+        let apart = sub(direction, self.direction);
         let chord = 2.0 * libm::sin(0.5 * SUN_RADIUS);
-        chord2 <= f32_nearest(chord * chord)
+        dot(apart, apart) <= f32_nearest(chord * chord)
     }
 
     /// Points of equal light on the disc, at least 16: a spiral of the golden angle (Vogel 1979).
     pub(super) fn points(&self, count: usize) -> impl Iterator<Item = DistantLight> + use<> {
         let count = count.max(SUN_POINTS_MIN);
-        let sides = super::chance::frame(self.direction);
+        let sides = chance::frame(self.direction);
         let light = self.normal_irradiance.map(|band| band / f32_nearest(f64_from_usize(count)));
         let towards = self.direction;
         (0..count).map(move |number| {
             let radius = SUN_RADIUS * ((f64_from_usize(number) + 0.5) / f64_from_usize(count)).sqrt();
             let (sin, cos) = libm::sincos(f64_from_usize(number) * 2.399_963_229_728_653);
             let local = [radius * cos, radius * sin, 1.0].map(f32_nearest);
-            let direction = super::chance::turned(local, &sides, towards);
-            let direction = super::vectors::unit(direction).expect("a direction near the sun's has a length");
+            let direction = chance::turned(local, &sides, towards);
+            let direction = unit(direction).expect("a direction near the sun's has a length");
             DistantLight { direction, normal_irradiance: light }
         })
     }

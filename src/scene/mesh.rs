@@ -10,6 +10,7 @@ use super::light::{BANDS, Bands, luminance, with_infrared};
 use super::maps::Maps;
 use super::texture::Texture;
 use super::tracer::Holes;
+use super::vectors::weighted;
 pub use super::vectors::{area_m2, cross, dot, sub, unit, unit_normal};
 use crate::draw::mix;
 use crate::num::{f32_from_u32, f32_nearest, index, low_u32, u32_from};
@@ -171,8 +172,7 @@ impl Mesh {
     /// Colour at these weights of a triangle's corners; none in a mesh whose vertices have no colours.
     #[inline(always)]
     pub fn colour_at(&self, triangle: u32, weights: [f32; 3]) -> Option<Bands> {
-        let [a, b, c] = self.corner_colours(triangle)?;
-        Some(std::array::from_fn(|band| a[band] * weights[0] + b[band] * weights[1] + c[band] * weights[2]))
+        Some(weighted(self.corner_colours(triangle)?, weights))
     }
 
     /// Adds colours of the last vertices of the mesh.
@@ -205,10 +205,8 @@ impl Mesh {
         let mut vertices = vertices.into();
         assert!(index(material) < self.materials.len(), "a mesh needs its material first");
         if let Some(bad) = vertices.iter().position(|vertex| !vertex.position_m.iter().all(|x| in_range(*x))) {
-            return Err(format!(
-                "vertex {bad} is at {:?}; coordinates are finite and below 1e6 m",
-                vertices[bad].position_m
-            ));
+            let at_m = vertices[bad].position_m;
+            return Err(format!("vertex {bad} is at {at_m:?}; coordinates are finite and below 1e6 m"));
         }
         let base = u32_from(self.vertices.len());
         let mut dropped = 0;
@@ -250,9 +248,7 @@ impl Mesh {
         let vertices = [vertex(0), vertex(1), vertex(2), vertex(3)];
         self.append(material, vertices, &[[0, 1, 2], [0, 2, 3]]).expect("a quadrangle made here is sound");
     }
-}
 
-impl Mesh {
     /// Takes ranges of triangles out, which are disjoint, and makes a mesh of each list of them with the materials that it uses. The rest
     /// keeps its materials and their order.
     #[must_use]
@@ -288,15 +284,12 @@ impl Mesh {
             let number = self.material_of[triangle];
             let material = *materials.entry(number).or_insert_with(|| {
                 let mut material = self.materials[index(number)].clone();
-                for texture in material.maps.textures_mut() {
+                for texture in material.maps.textures_mut().chain(&mut material.texture) {
                     *texture = taken_over(*texture, &self.textures, &mut part.textures, &mut textures);
                 }
-                material.texture = material
-                    .texture
-                    .map(|texture| taken_over(texture, &self.textures, &mut part.textures, &mut textures));
-                material.cut_out = material
-                    .cut_out
-                    .map(|cut_out| taken_over(cut_out, &self.cut_outs, &mut part.cut_outs, &mut cut_outs));
+                if let Some(cut_out) = &mut material.cut_out {
+                    *cut_out = taken_over(*cut_out, &self.cut_outs, &mut part.cut_outs, &mut cut_outs);
+                }
                 pushed(&mut part.materials, material)
             });
             part.triangles.push(corners);
@@ -326,26 +319,17 @@ fn repair_vertex(vertex: &mut Vertex) -> bool {
     if !vertex.uv.iter().all(|x| x.is_finite() && x.abs() < 1e6) {
         vertex.uv = [0.0; 2];
     }
-    match unit(vertex.normal) {
-        Some(normal) => {
-            vertex.normal = normal;
-            true
-        }
-        None => {
-            vertex.normal = [0.0, 1.0, 0.0];
-            false
-        }
-    }
+    let normal = unit(vertex.normal);
+    vertex.normal = normal.unwrap_or([0.0, 1.0, 0.0]);
+    normal.is_some()
 }
 
 /// Rays pass the holes of cut-out materials. Weights are those of the second and third corner.
 impl Holes for Mesh {
     fn is_open(&self, triangle: u32, [u, v]: [f32; 2], cos: impl FnOnce() -> f32) -> bool {
         let Some(cut_out) = self.cut_out_of(triangle) else { return false };
-        let [a, b, c] = self.triangles[index(triangle)].map(|corner| self.vertices[index(corner)].uv);
-        let w = 1.0 - u - v;
-        let uv = [a[0] * w + b[0] * u + c[0] * v, a[1] * w + b[1] * u + c[1] * v];
-        cut_out.is_open(uv, cos, || draw_at(triangle, u, v))
+        let uvs = self.triangles[index(triangle)].map(|corner| self.vertices[index(corner)].uv);
+        cut_out.is_open(weighted(uvs, [1.0 - u - v, u, v]), cos, || draw_at(triangle, u, v))
     }
 }
 

@@ -50,9 +50,8 @@ pub enum Motion {
 }
 
 impl PlacedSpline {
-    /// Lays a spline into the room so that its pose at `start_s` of its clock occurs at 0 s of the run, at
-    /// `offset_m`.
-    /// Fails on `start_s` outside the spline's span, or a scale outside 0..=100.
+    /// Lays a spline into the room so that its pose at `start_s` of its clock occurs at 0 s of the run, at `offset_m`. Fails on `start_s`
+    /// outside the spline's span, or a scale outside 0..=100.
     pub fn new(
         spline: Spline,
         start_s: f64,
@@ -67,32 +66,8 @@ impl PlacedSpline {
         Ok(Self { spline, start_s, scale, offset_m, world_from_motion: world_from_motion.normalize(), origin_m })
     }
 
-    /// Factor on translations.
-    pub fn scale(&self) -> f64 {
-        self.scale
-    }
-
-    /// Where the run starts, in the room.
-    pub fn offset_m(&self) -> DVec3 {
-        self.offset_m
-    }
-
-    /// The rotation from the trajectory's world to the room.
-    pub fn world_from_motion(&self) -> DQuat {
-        self.world_from_motion
-    }
-
-    /// The spline before it was laid into the room.
-    pub fn spline(&self) -> &Spline {
-        &self.spline
-    }
-
-    fn own_s(&self, run_s: f64) -> f64 {
-        self.start_s + run_s
-    }
-
     fn own(&self, run: Span) -> Span {
-        Span { start_s: self.own_s(run.start_s), end_s: self.own_s(run.end_s) }
+        Span { start_s: self.start_s + run.start_s, end_s: self.start_s + run.end_s }
     }
 
     /// Errors use the run's clock and name where it starts in the trajectory's.
@@ -108,7 +83,7 @@ impl PlacedSpline {
     }
 
     fn state(&self, run_s: f64) -> Result<BodyState, MotionError> {
-        let state = self.spline.state(self.own_s(run_s)).map_err(|error| self.in_run_time(error))?;
+        let state = self.spline.state(self.start_s + run_s).map_err(|error| self.in_run_time(error))?;
         let turn = self.world_from_motion;
         let position_m = state.world_from_body.translation_m;
         Ok(BodyState {

@@ -39,14 +39,18 @@ fn gap_m([low_m, high_m]: [f64; 2], [other_low_m, other_high_m]: [f64; 2]) -> f6
     greater(greater(other_low_m - high_m, low_m - other_high_m), 0.0)
 }
 
-fn to_child_m(node: &Node, child: usize, [low_m, high_m]: [DVec3; 2]) -> f64 {
+/// Distance between two boxes, the other by its range along each axis.
+fn box_gap_m([low_m, high_m]: [DVec3; 2], range_m: impl Fn(usize) -> [f64; 2]) -> f64 {
     let mut squares_m2 = 0.0;
     for axis in 0..3 {
-        let planes_m = node.planes_m[axis].map(|side| f64::from(side[child]));
-        let away_m = gap_m([low_m[axis], high_m[axis]], planes_m);
+        let away_m = gap_m([low_m[axis], high_m[axis]], range_m(axis));
         squares_m2 += away_m * away_m;
     }
     squares_m2.sqrt()
+}
+
+fn to_child_m(node: &Node, child: usize, corners_m: [DVec3; 2]) -> f64 {
+    box_gap_m(corners_m, |axis| node.planes_m[axis].map(|side| f64::from(side[child])))
 }
 
 /// Triangles beyond the last one repeat it.
@@ -57,21 +61,15 @@ fn to_block_m(block: &TriangleBlock, [low_m, high_m]: [DVec3; 2]) -> f64 {
         let corner_m =
             |corner: usize| DVec3::from_array([0, 1, 2].map(|axis| f64::from(block.corners_m[corner][axis][slot])));
         let corners_m = [0, 1, 2].map(corner_m);
-        let mut squares_m2 = 0.0;
-        for axis in 0..3 {
-            let places_m = corners_m.map(|corner_m| corner_m[axis]);
-            let range_m = [
-                lesser(lesser(places_m[0], places_m[1]), places_m[2]),
-                greater(greater(places_m[0], places_m[1]), places_m[2]),
-            ];
-            let away_m = gap_m([low_m[axis], high_m[axis]], range_m);
-            squares_m2 += away_m * away_m;
-        }
+        let away_m = box_gap_m([low_m, high_m], |axis| {
+            let [a, b, c] = corners_m.map(|corner_m| corner_m[axis]);
+            [lesser(lesser(a, b), c), greater(greater(a, b), c)]
+        });
         let across = (corners_m[1] - corners_m[0]).cross(corners_m[2] - corners_m[0]);
         let normal = across.normalize_or_zero();
         // A box reaches along a direction as far as its half sides do.
         let to_plane_m = normal.dot(middle_m - corners_m[0]).abs() - normal.abs().dot(half_m);
-        nearest_m = lesser(nearest_m, greater(squares_m2.sqrt(), to_plane_m));
+        nearest_m = lesser(nearest_m, greater(away_m, to_plane_m));
     }
     nearest_m
 }

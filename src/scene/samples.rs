@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use super::light::{BANDS, Bands};
 use super::mesh::{ALBEDO_MAX, Material, Mesh, Vertex};
-use super::vectors::{area_m2, cross, dot, sub, unit, unit_normal};
+use super::vectors::{area_m2, cross, dot, sub, unit, unit_normal, weighted};
 use crate::num::{f32_from_u32, f32_nearest, i32_truncated_f32, index, u32_from, u32_truncated_f32};
 
 /// Triangles with a longer edge than this have a grid.
@@ -100,8 +100,7 @@ impl ShadeTriangle {
     /// Texture coordinates at weights of the second and third corner.
     #[inline(always)]
     pub fn uv_at(&self, u: f32, v: f32) -> [f32; 2] {
-        let ([a, b, c], w) = (self.uv, 1.0 - u - v);
-        [a[0] * w + b[0] * u + c[0] * v, a[1] * w + b[1] * u + c[1] * v]
+        weighted(self.uv, [1.0 - u - v, u, v])
     }
 
     /// Both sides, 0 and 1, of each of its samples.
@@ -185,26 +184,12 @@ impl Layout {
                 let v = f32_from_u32(row) / f32_from_u32(steps);
                 let u = f32_from_u32(column) / f32_from_u32(steps);
                 let weights = inside([1.0 - u - v, u, v], inset);
-                let mix = |values: [[f32; 3]; 3]| {
-                    let at = |axis: usize| {
-                        values[0][axis] * weights[0] + values[1][axis] * weights[1] + values[2][axis] * weights[2]
-                    };
-                    [at(0), at(1), at(2)]
-                };
-                let uv = [0, 1].map(|axis| {
-                    shade.uv[0][axis] * weights[0] + shade.uv[1][axis] * weights[1] + shade.uv[2][axis] * weights[2]
-                });
-                let normal = unit(mix(normals)).unwrap_or(shade.normal);
+                let normal = unit(weighted(normals, weights)).unwrap_or(shade.normal);
                 let colour = mesh.colour_at(u32_from(triangle), weights).unwrap_or([1.0; BANDS]);
-                let albedo = albedo(mesh, shade, uv, colour, spacing_m);
+                let albedo = albedo(mesh, shade, weighted(shade.uv, weights), colour, spacing_m);
                 let double_sided = mesh.materials[index(shade.material)].double_sided;
-                self.samples.push(IrradianceSample {
-                    position_m: mix(corners_m),
-                    normal,
-                    albedo,
-                    double_sided,
-                    on_grid: true,
-                });
+                let position_m = weighted(corners_m, weights);
+                self.samples.push(IrradianceSample { position_m, normal, albedo, double_sided, on_grid: true });
             }
         }
     }
@@ -249,17 +234,14 @@ fn spacing_m(mesh: &Mesh) -> f32 {
 /// Steps of a triangle's grid, 0 where its vertices do.
 fn grid_steps(corners_m: [[f32; 3]; 3], spacing_m: f32) -> u32 {
     let [a, b, c] = corners_m;
-    let length = |edge: [f32; 3]| dot(edge, edge).sqrt();
+    let length = |vector: [f32; 3]| dot(vector, vector).sqrt();
     let longest = length(sub(b, a)).max(length(sub(c, b))).max(length(sub(a, c)));
     if longest <= GRID_EDGE_M * (spacing_m / GRID_SPACING_M) {
         return 0;
     }
     // A sliver needs samples along its length only, but a grid has them across as well: it gets twice the samples that a
     // compact triangle of its area has.
-    let doubled_area = {
-        let normal = cross(sub(b, a), sub(c, a));
-        dot(normal, normal).sqrt()
-    };
+    let doubled_area = length(cross(sub(b, a), sub(c, a)));
     let compact = 1.42 * doubled_area.sqrt() / spacing_m;
     let steps = (longest / spacing_m).min(compact).ceil();
     u32_truncated_f32(steps).clamp(2, GRID_STEPS_MAX)

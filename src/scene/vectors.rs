@@ -14,6 +14,12 @@ pub fn sub(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
+/// Mean of three values with these weights.
+#[inline(always)]
+pub fn weighted<const N: usize>([a, b, c]: [[f32; N]; 3], weights: [f32; 3]) -> [f32; N] {
+    std::array::from_fn(|k| a[k] * weights[0] + b[k] * weights[1] + c[k] * weights[2])
+}
+
 /// Vector product.
 pub fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]

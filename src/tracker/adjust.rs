@@ -1,6 +1,5 @@
-//! Bundle adjustment of a window: poses and points together, by Levenberg-Marquardt with Huber's kernel or
-//! under Student's t. The points are
-//! eliminated first (block Schur complement), the poses follow from one dense Cholesky.
+//! Bundle adjustment of a window: poses and points together, by Levenberg-Marquardt with Huber's kernel or under Student's t. The points
+//! are eliminated first (block Schur complement), the poses follow from one dense Cholesky.
 //!
 //! Observations are summed in their order, so equal input gives equal bytes. Lengths are metres.
 
@@ -15,7 +14,7 @@ use crate::num::index;
 use crate::pose::Pose;
 use crate::tracker::dense::solve_cholesky;
 use crate::tracker::lie::{Twist, se3_exp};
-use crate::tracker::refine::{ErrorModel, Linear, StudentT, UNSEEN_SIGMAS2, linearise};
+use crate::tracker::refine::{ErrorModel, Linear, StudentT, error2, linearise};
 
 /// Coupling of a free pose and a point: d(error)/d(pose) transposed times d(error)/d(point).
 type Coupling = SMatrix<f64, 6, 3>;
@@ -42,21 +41,17 @@ const POINT_FLOOR_PER_M2: f64 = 1e-4;
 const POSE_FLOOR: f64 = 1e-6;
 
 impl Problem<'_> {
-    /// Adjusts in place.
+    /// Adjusts in place under Huber's kernel.
     pub fn solve(&mut self, iterations_max: u32) -> AdjustmentOutcome {
-        self.solve_under(None, iterations_max)
+        self.solve_with(ErrorModel::Huber, None, iterations_max)
     }
 
-    /// Adjusts in place, with the errors' own law, no narrower than some pixels, in place of Huber's kernel, under what is known beside.
+    /// Adjusts in place, with the errors' own law, no narrower than some pixels, under what is known beside. Derivatives of the prior's
+    /// poses are taken at their first estimates.
     pub fn solve_tailed(&mut self, prior: Option<&Prior>, least_px: f64, iterations_max: u32) -> AdjustmentOutcome {
         let law =
             StudentT::of(&self.errors2()).no_narrower(least_px, self.observations.iter().map(|o| o.inverse_sigma));
         self.solve_with(ErrorModel::StudentT(law), prior, iterations_max)
-    }
-
-    /// Adjusts in place under what left the window before. Derivatives of the prior's poses are taken at their first estimates.
-    pub fn solve_under(&mut self, prior: Option<&Prior>, iterations_max: u32) -> AdjustmentOutcome {
-        self.solve_with(ErrorModel::Huber, prior, iterations_max)
     }
 
     fn solve_with(&mut self, law: ErrorModel, prior: Option<&Prior>, iterations_max: u32) -> AdjustmentOutcome {
@@ -115,10 +110,7 @@ impl Problem<'_> {
         for o in &self.observations {
             let in_body_m = rotations[index(o.pose)] * points_m[index(o.point)] + poses[index(o.pose)].translation_m;
             let at_row_m = o.row_from_frame.point(in_body_m);
-            let projected = self.cameras[index(o.camera.0)].place(at_row_m);
-            take(projected.map_or(UNSEEN_SIGMAS2, |place_px| {
-                ((o.place_px - place_px) * o.inverse_sigma).length_squared().clamp(0.0, UNSEEN_SIGMAS2)
-            }));
+            take(error2(&self.cameras[index(o.camera.0)], at_row_m, (o.place_px, o.inverse_sigma)));
         }
     }
 
@@ -238,17 +230,14 @@ impl BlockEquations {
             return None;
         }
         let by_pose: Vec<Vector6<f64>> = side.chunks_exact(6).map(Vector6::from_column_slice).collect();
-        let by_point = inverses
-            .iter()
-            .enumerate()
-            .map(|(point, inverse)| {
-                let mut right = self.point_sides[point];
-                for (pose, coupling) in &self.couplings[self.coupled[point].clone()] {
-                    right -= coupling.tr_mul(&by_pose[*pose]);
-                }
-                inverse * right
-            })
-            .collect();
+        let step = |(point, inverse): (usize, &Matrix3<f64>)| {
+            let mut right = self.point_sides[point];
+            for (pose, coupling) in &self.couplings[self.coupled[point].clone()] {
+                right -= coupling.tr_mul(&by_pose[*pose]);
+            }
+            inverse * right
+        };
+        let by_point = inverses.iter().enumerate().map(step).collect();
         Some((by_pose, by_point))
     }
 

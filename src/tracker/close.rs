@@ -10,13 +10,15 @@ mod tests;
 
 use super::answer::TrackerWork;
 use super::localiser::{LandmarkMatch, Localiser};
+use super::params::TrackerParams;
 use crate::draw::DrawKey;
-use crate::num::{index, u32_from};
+use crate::num::{greater, index, u32_from};
 use crate::pose::Pose;
 use crate::tracker::lie::Sim3;
 use crate::tracker::map::{Landmark, Map, Sighting};
 use crate::tracker::pose_graph::{Edge, PoseGraph, RobustKernel, information};
-use crate::tracker::rig::{CameraKeypoints, Keypoint};
+use crate::tracker::refine::upper_median;
+use crate::tracker::rig::{CameraKeypoints, Keypoint, RigCamera};
 use crate::tracker::sweep::Moving;
 
 /// Frames for which a landmark must not have been found to count as one of an earlier visit: five seconds at 30 Hz.
@@ -100,11 +102,11 @@ fn candidates(frame: &Localiser<'_>, number: u64, state: &Moving) -> Vec<usize> 
             continue;
         }
         let in_body_m = state.body_from_world.point(held.position_m);
-        let cosine = |camera: &crate::tracker::rig::RigCamera| {
+        let cosine = |camera: &RigCamera| {
             let in_camera_m = camera.camera_from_body.point(in_body_m);
-            in_camera_m.z / crate::num::greater(in_camera_m.length(), 1e-9)
+            in_camera_m.z / greater(in_camera_m.length(), 1e-9)
         };
-        let best = frame.cameras.iter().map(cosine).fold(-1.0, crate::num::greater);
+        let best = frame.cameras.iter().map(cosine).fold(-1.0, greater);
         if best > VIEW_COSINE_MIN {
             near.push((-best, landmark));
         }
@@ -135,7 +137,7 @@ impl Loop {
         &self,
         map: &mut Map,
         views: &[CameraKeypoints],
-        (has_scale, inverse_sigma): (bool, impl Fn(f64) -> f64),
+        (has_scale, params): (bool, &TrackerParams),
     ) -> Option<f64> {
         let from = self.earlier_keyframe(map)?;
         let last = map.keyframes.len() - 1;
@@ -163,7 +165,7 @@ impl Loop {
             return None;
         }
         map.deform(&before, &graph.nodes);
-        self.fuse(map, views, inverse_sigma);
+        self.fuse(map, views, params);
         graph.nodes.last().map(|node| node.scale)
     }
 
@@ -194,18 +196,15 @@ impl Loop {
     /// `None` where too few keypoints have both.
     fn scale(&self, map: &Map, views: &[CameraKeypoints]) -> Option<f64> {
         let keyframe = map.keyframes.last()?;
+        let depth_m =
+            |state: &Moving, landmark: usize| state.body_from_world.point(map.landmarks[landmark].position_m).length();
         let mut ratios: Vec<f64> = Vec::new();
         for (_, found, holder) in self.holders(map, views) {
-            let depth_m = |state: &Moving, landmark: usize| {
-                state.body_from_world.point(map.landmarks[landmark].position_m).length()
-            };
             if let Some(holder) = holder.filter(|&holder| holder != found.landmark) {
                 ratios.push(depth_m(&self.seen, found.landmark) / depth_m(&keyframe.state, holder));
             }
         }
-        ratios.sort_by(f64::total_cmp);
-        let median = ratios.get(ratios.len() / 2).copied();
-        median.filter(|ratio| ratios.len() >= RATIOS_MIN && ratio.is_finite() && *ratio > 0.0)
+        upper_median(&ratios).filter(|ratio| ratios.len() >= RATIOS_MIN && ratio.is_finite() && *ratio > 0.0)
     }
 
     /// The keypoints of the earlier landmarks, and which landmark has taken each of them by now.
@@ -238,15 +237,13 @@ impl Loop {
     }
 
     /// The earlier landmarks are seen by the last keyframe too; what had taken their keypoints goes into them.
-    fn fuse(&self, map: &mut Map, views: &[CameraKeypoints], inverse_sigma: impl Fn(f64) -> f64) {
+    fn fuse(&self, map: &mut Map, views: &[CameraKeypoints], params: &TrackerParams) {
         let Some(keyframe) = map.keyframes.last().map(|keyframe| keyframe.id) else { return };
         let mut doubled = Vec::new();
         let mut seen = Vec::new();
         for (keypoint, found, holder) in self.holders(map, views) {
             doubled.extend(holder.filter(|&holder| holder != found.landmark).map(|holder| (holder, found.landmark)));
-            let (camera, place_px) = (found.camera, keypoint.place_px);
-            let (inverse_sigma, offset_s) = (inverse_sigma(keypoint.scale), keypoint.offset_s);
-            seen.push((found.landmark, Sighting { keyframe, camera, place_px, inverse_sigma, offset_s }));
+            seen.push((found.landmark, Sighting::of((keyframe, found.camera), keypoint, params)));
         }
         for (landmark, sighting) in seen {
             map.landmarks[landmark].see(sighting);

@@ -2,9 +2,9 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-use crate::num::{greater, index, lesser};
+use crate::num::{greater, lesser};
 use crate::pose::Pose;
-use crate::tracker::matching::{Best, MatchRule};
+use crate::tracker::matching::{Best, MatchRule, mutual};
 use crate::tracker::rig::{DEPTH_M_MIN, Keypoint, RigCamera};
 use crate::tracker::sweep::Moving;
 
@@ -65,21 +65,15 @@ pub fn matches(
             backward[b].offer(a, distance);
         }
     }
-    let mutual = |(a, best): (usize, &Best)| {
-        let b = best.accepted(rule)?;
-        (backward[b].number == a && backward[b].accepted(rule).is_some()).then_some((a, b))
-    };
-    forward.iter().enumerate().filter_map(mutual).collect()
+    mutual(&forward, &backward, rule)
 }
 
 /// One measured direction to a point: the camera, where its body was, and the place on its picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray<'a> {
-    /// The camera.
     pub camera: &'a RigCamera,
     /// Pose of the body at the time of the keypoint's row.
     pub body_from_world: Pose,
-    /// The keypoint.
     pub keypoint: &'a Keypoint,
 }
 
@@ -93,7 +87,6 @@ impl<'a> Ray<'a> {
 /// A triangulated point.
 #[derive(Clone, Copy, Debug)]
 pub struct Fix {
-    /// Place in the world in metres.
     pub point_m: DVec3,
     /// Greatest squared distance of a place from the point's projection, in units of the keypoints' scale.
     pub miss2_px2: f64,
@@ -134,7 +127,7 @@ pub fn triangulate(rays: &[Ray<'_>; 2]) -> Option<Fix> {
         let scale = ray.keypoint.scale;
         miss2_px2 = greater(miss2_px2, (place_px - ray.keypoint.place_px).length_squared() / (scale * scale));
     }
-    let parallax_rad = (point_m - o1).angle_between_stable(point_m - o2);
+    let parallax_rad = angle_between(point_m - o1, point_m - o2);
     point_m.is_finite().then_some(Fix { point_m, miss2_px2, parallax_rad })
 }
 
@@ -155,22 +148,7 @@ fn step(rays: &[Ray<'_>; 2], point_m: DVec3) -> Option<DVec3> {
     step.is_finite().then_some(step)
 }
 
-/// Angles without an arc cosine, which loses half of its digits near zero.
-trait AngleBetweenStable {
-    fn angle_between_stable(self, other: Self) -> f64;
-}
-
-impl AngleBetweenStable for DVec3 {
-    fn angle_between_stable(self, other: Self) -> f64 {
-        libm::atan2(self.cross(other).length(), self.dot(other))
-    }
-}
-
-/// Flags of `count` keypoints, true where `numbers` names them.
-pub fn flags(count: usize, numbers: impl Iterator<Item = u32>) -> Vec<bool> {
-    let mut flags = vec![false; count];
-    for number in numbers {
-        flags[index(number)] = true;
-    }
-    flags
+/// Without an arc cosine, which loses half of its digits near zero.
+fn angle_between(a: DVec3, b: DVec3) -> f64 {
+    libm::atan2(a.cross(b).length(), a.dot(b))
 }

@@ -6,7 +6,7 @@ use super::answer::TrackerWork;
 use super::localiser::LandmarkMatch;
 use super::params::TrackerParams;
 use crate::num::{index, u32_from, u32_truncated};
-use crate::tracker::epipolar::{Band, Fix, Ray, flags, matches, triangulate};
+use crate::tracker::epipolar::{Band, Fix, Ray, matches, triangulate};
 use crate::tracker::map::{Keyframe, Landmark, Map, Sighting};
 use crate::tracker::matching::MatchRule;
 use crate::tracker::preintegrate::filter::ImuFilter;
@@ -53,7 +53,6 @@ impl PendingKeypoints {
         self.keyframes.retain(|held| keyframes.binary_search_by_key(&held.keyframe, |keyframe| keyframe.id).is_ok());
     }
 
-    /// Forgets all.
     pub fn clear(&mut self) {
         self.keyframes.clear();
     }
@@ -68,13 +67,9 @@ impl PendingKeypoints {
 
 /// The map's surroundings while it grows.
 pub struct Growth<'a> {
-    /// The rig.
     pub cameras: &'a [RigCamera],
-    /// Views of the keyframe.
     pub views: &'a [CameraKeypoints],
-    /// The tracker's parameters.
     pub params: &'a TrackerParams,
-    /// Number of the frame.
     pub frame: u64,
 }
 
@@ -107,31 +102,22 @@ impl Growth<'_> {
         work: &mut TrackerWork,
     ) -> u32 {
         let keyframe = map.add_keyframe(t_s, state);
+        let mut claimed: Vec<Vec<bool>> = self.views.iter().map(|view| vec![false; view.keypoints.len()]).collect();
         for found in inliers {
             let keypoint = &self.views[index(found.camera.0)].keypoints[found.keypoint];
-            let sighting = self.sighting(keyframe, found.camera, keypoint);
             let landmark = &mut map.landmarks[found.landmark];
-            landmark.sightings.push(sighting);
+            landmark.sightings.push(Sighting::of((keyframe, found.camera), keypoint, self.params));
             landmark.remember(keypoint.descriptor);
+            claimed[index(found.camera.0)][found.keypoint] = true;
         }
-        let mut claimed: Vec<Vec<bool>> = (0..self.views.len())
-            .map(|camera| {
-                let own = inliers.iter().filter(|found| index(found.camera.0) == camera);
-                flags(self.views[camera].keypoints.len(), own.map(|found| u32_from(found.keypoint)))
-            })
-            .collect();
         let before = map.landmarks.len();
         self.add_stereo_points(map, (keyframe, &state), &mut claimed, work);
         for earlier in pending.keyframes.iter_mut().rev() {
             self.add_motion_points(map, (keyframe, &state), &mut claimed, earlier, work);
         }
         let free = |(view, claimed): (&CameraKeypoints, &Vec<bool>)| -> Vec<Keypoint> {
-            view.keypoints
-                .iter()
-                .zip(claimed)
-                .filter(|(_, claimed)| !**claimed)
-                .map(|(keypoint, _)| *keypoint)
-                .collect()
+            let free = view.keypoints.iter().zip(claimed).filter(|(_, claimed)| !**claimed);
+            free.map(|(keypoint, _)| *keypoint).collect()
         };
         let keypoints = self.views.iter().zip(&claimed).map(free).collect();
         pending.push(keyframe, keypoints);
@@ -149,7 +135,7 @@ impl Growth<'_> {
         for a in 0..self.views.len() {
             for b in a + 1..self.views.len() {
                 let b_from_a = self.cameras[b].camera_from_body.then(&self.cameras[a].calibration.body_from_camera);
-                let band = self.band(a, self.params.range_m_min);
+                let band = self.band(a);
                 let (first, second) = (&self.views[a].keypoints, &self.views[b].keypoints);
                 let distance_max = u32_truncated(STEREO_DISTANCE_SHARE * f64::from(self.params.distance_bits_max));
                 let rule = MatchRule { distance_max, ratio_max: 0.8 };
@@ -171,10 +157,10 @@ impl Growth<'_> {
                     if !self.neighbours_agree(a, (i, &fix), &fixes) {
                         continue;
                     }
-                    let sightings = vec![
-                        self.sighting(keyframe, CameraIndex(u32_from(a)), &first[i]),
-                        self.sighting(keyframe, CameraIndex(u32_from(b)), &second[j]),
-                    ];
+                    let sightings = [(a, &first[i]), (b, &second[j])].map(|(camera, keypoint)| {
+                        Sighting::of((keyframe, CameraIndex(u32_from(camera))), keypoint, self.params)
+                    });
+                    let sightings = sightings.to_vec();
                     map.add_landmark(fix.point_m, first[i].descriptor, sightings, self.frame);
                     (claimed[a][i], claimed[b][j]) = (true, true);
                 }
@@ -218,7 +204,7 @@ impl Growth<'_> {
             let (first, second) = (&earlier.keypoints[camera], &self.views[camera].keypoints);
             let rule = MatchRule { distance_max: self.params.distance_bits_max, ratio_max: 0.8 };
             let free = vec![false; first.len()];
-            let band = self.band(camera, self.params.range_m_min);
+            let band = self.band(camera);
             let pairs = matches(
                 (first, &free),
                 (second, claimed),
@@ -232,35 +218,25 @@ impl Growth<'_> {
                 let (number, first, second) = (i, &first[i], &second[j]);
                 let rays = [Ray::new(rig, &earlier_state, first), Ray::new(rig, state, second)];
                 let Some(Fix { point_m, .. }) = self.accepted(&rays, PARALLAX_RAD_MIN) else { continue };
-                let sightings = vec![
-                    self.sighting(earlier.keyframe, camera_index, first),
-                    self.sighting(keyframe, camera_index, second),
-                ];
-                map.add_landmark(point_m, second.descriptor, sightings, self.frame);
+                let sightings = [(earlier.keyframe, first), (keyframe, second)]
+                    .map(|(keyframe, keypoint)| Sighting::of((keyframe, camera_index), keypoint, self.params));
+                map.add_landmark(point_m, second.descriptor, sightings.to_vec(), self.frame);
                 (claimed[j], taken[number]) = (true, true);
             }
-            let mut number = 0;
-            earlier.keypoints[camera].retain(|_| {
-                number += 1;
-                !taken[number - 1]
-            });
+            let mut taken = taken.iter();
+            earlier.keypoints[camera].retain(|_| taken.next() == Some(&false));
         }
     }
 
-    fn band(&self, camera: usize, range_m_min: f64) -> Band {
+    fn band(&self, camera: usize) -> Band {
         let noise_rad = BAND_SIGMAS * self.params.place_sigma_px / self.cameras[camera].focal_px;
-        Band { off_plane_rad_max: noise_rad, range_m_min, beyond_rad_max: noise_rad }
+        Band { off_plane_rad_max: noise_rad, range_m_min: self.params.range_m_min, beyond_rad_max: noise_rad }
     }
 
     fn accepted(&self, rays: &[Ray<'_>; 2], parallax_rad_min: f64) -> Option<Fix> {
         let fix = triangulate(rays)?;
         let sigma2 = self.params.place_sigma_px * self.params.place_sigma_px;
         (fix.miss2_px2 <= NEW_POINT_SIGMAS2 * sigma2 && fix.parallax_rad >= parallax_rad_min).then_some(fix)
-    }
-
-    fn sighting(&self, keyframe: u32, camera: CameraIndex, keypoint: &Keypoint) -> Sighting {
-        let inverse_sigma = self.params.inverse_sigma(keypoint.scale);
-        Sighting { keyframe, camera, place_px: keypoint.place_px, inverse_sigma, offset_s: keypoint.offset_s }
     }
 }
 
@@ -277,9 +253,7 @@ pub fn begin(
     let sides = [(first, &begun.first_views), (second, &begun.second_views)];
     for &(i, j, point_m) in &begun.points {
         let sighting = |(keyframe, views): (u32, &Vec<CameraKeypoints>), keypoint: usize| {
-            let keypoint = &views[begun.camera].keypoints[keypoint];
-            let inverse_sigma = params.inverse_sigma(keypoint.scale);
-            Sighting { keyframe, camera, place_px: keypoint.place_px, inverse_sigma, offset_s: keypoint.offset_s }
+            Sighting::of((keyframe, camera), &views[begun.camera].keypoints[keypoint], params)
         };
         let descriptor = begun.second_views[begun.camera].keypoints[j].descriptor;
         map.add_landmark(point_m, descriptor, vec![sighting(sides[0], i), sighting(sides[1], j)], frame);

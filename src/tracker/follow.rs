@@ -46,8 +46,8 @@ impl Tracker {
         });
         let imu_is_sure = imu_prediction.is_some_and(|imu_prediction| self.is_sure(&imu_prediction));
         let judged = found.map(|(located, status)| (self.judge(&located, imu_is_sure), located, status));
-        let Some((judgement, located, status)) = judged.filter(|(judgement, _, status)| {
-            judgement.is_sound || (*status == Status::Tracked && self.weak_frames < WEAK_FRAMES_MAX)
+        let Some((is_sound, located, status)) = judged.filter(|(is_sound, _, status)| {
+            *is_sound || (*status == Status::Tracked && self.weak_frames < WEAK_FRAMES_MAX)
         }) else {
             let answer = TrackedFrame { predicted_position_m, ..unlocated(t_s, Status::Lost, work) };
             return (self.lose(history), answer);
@@ -57,10 +57,9 @@ impl Tracker {
             predicted.filter(|_| has_velocity).and_then(|state| self.innovation_px(views, &located, &state));
         let (inliers, tracked_features) = self.account(views, &located);
         self.inliers_before = crate::num::u32_from(inliers.len());
-        let single_picture_sigma_m = judgement.single_picture_sigma_m;
+        let single_picture_sigma_m = located.single_picture_sigma_m;
         let world_from_body = located.state.body_from_world.inverse();
-        let keyframe =
-            judgement.is_sound && self.keyframe_is_due(&mut history.keyframe, &world_from_body, tracked_features);
+        let keyframe = is_sound && self.keyframe_is_due(&mut history.keyframe, &world_from_body, tracked_features);
         // The step to this pose is measured before the adjustment, so that both ends refer to the same map.
         let body_from_world = located.state.body_from_world;
         let step = before.and_then(|motion| motion.then(t_s, body_from_world).step);
@@ -160,12 +159,8 @@ impl Tracker {
             self.map.thin(index(self.params.window), near);
             self.pending.keep(&self.map.keyframes);
         }
-        let mut state = located.state;
-        if let Some(adjusted) =
-            adjust_window(&mut self.map, (&self.cameras, &self.params), self.imu_filter.as_ref(), work)
-        {
-            state = adjusted;
-        }
+        let adjusted = adjust_window(&mut self.map, (&self.cameras, &self.params), self.imu_filter.as_ref(), work);
+        let state = adjusted.unwrap_or(located.state);
         match &mut self.imu_filter {
             // The filter keeps its state, so that a pose does not jump with the map: the pictures to come say how the map has moved.
             Some(imu_filter) if status == Status::Tracked => {
@@ -196,8 +191,7 @@ impl Tracker {
             return false;
         }
         let has_scale = self.cameras.len() > 1 || self.imu_filter.as_ref().is_some_and(ImuFilter::knows_unit);
-        let by_sigma = |scale| params.inverse_sigma(scale);
-        let Some(scale) = found.close(&mut self.map, views, (has_scale, by_sigma)) else { return false };
+        let Some(scale) = found.close(&mut self.map, views, (has_scale, &params)) else { return false };
         self.loop_candidate = None;
         adjust_window(&mut self.map, (&self.cameras, &self.params), None, work);
         if let Some(state) = self.map.keyframes.last().map(|last| last.state) {

@@ -17,6 +17,7 @@ use rand::seq::IndexedRandom;
 use crate::draw::DrawKey;
 use crate::num::{f64_from_usize, greater, lesser};
 use crate::pose::Pose;
+use crate::tracker::refine::upper_median;
 use linear::cofactors;
 pub use models::BearingPair;
 use models::{essential, from_essential, from_homography, from_rotation};
@@ -185,15 +186,18 @@ fn general(pairs: &[BearingPair], search: &TwoViewSettings, key: DrawKey) -> Opt
             })
         };
         let motion = WIDENING.iter().fold(start, smooth);
-        let gate = GATES[0] / unit;
-        models::refined_motion(&motion, pairs, |d| if d <= gate { (d, 1.0) } else { (gate, 0.0) })
+        gated(&motion, pairs, unit)
     };
-    let cost = |motion: &Pose| {
-        let e = essential(motion);
-        pairs.iter().map(|pair| lesser(from_essential(&e, pair) * unit, GATES[0])).sum::<f64>()
-    };
-    let refined = found.into_iter().map(refined).map(|motion| (cost(&motion), motion));
-    refined.reduce(|a, b| if b.0 < a.0 { b } else { a }).map(|best| best.1)
+    found.into_iter().map(refined).reduce(|a, b| if b.1 < a.1 { b } else { a }).map(|best| best.0)
+}
+
+/// A motion refined by the pairs within the gate of general motion, and its truncated cost.
+fn gated(motion: &Pose, pairs: &[BearingPair], unit: f64) -> (Pose, f64) {
+    let gate = GATES[0] / unit;
+    let motion = models::refined_motion(motion, pairs, |d| if d <= gate { (d, 1.0) } else { (gate, 0.0) });
+    let e = essential(&motion);
+    let cost = pairs.iter().map(|pair| lesser(from_essential(&e, pair) * unit, GATES[0])).sum::<f64>();
+    (motion, cost)
 }
 
 /// The homography of least truncated cost among refined samples.
@@ -281,15 +285,8 @@ fn plane_motions(h: &DMat3, (pairs, agreeing): (&[BearingPair], &[BearingPair]),
         .collect();
     let (best, count, second) = before_both(&possible, agreeing);
     let near = second.filter(|(_, n)| f64_from_usize(*n) >= ALTERNATIVE_SHARE * f64_from_usize(count));
-    let gate = GATES[0] / unit;
-    let refined = |motion: Pose| {
-        let motion = models::refined_motion(&motion, pairs, |d| if d <= gate { (d, 1.0) } else { (gate, 0.0) });
-        let e = essential(&motion);
-        let cost = pairs.iter().map(|pair| lesser(from_essential(&e, pair) * unit, GATES[0])).sum::<f64>();
-        (motion, cost)
-    };
-    let first = refined(best);
-    let Some(second) = near.map(|(motion, _)| refined(motion)) else { return (first.0, None) };
+    let first = gated(&best, pairs, unit);
+    let Some(second) = near.map(|(motion, _)| gated(&motion, pairs, unit)) else { return (first.0, None) };
     let (better, other) = if second.1 < first.1 { (second, first) } else { (first, second) };
     let same = better.0.inverse().then(&other.0).angle_rad() < 1e-3
         && better.0.translation_m.dot(other.0.translation_m) > 1.0 - 1e-5;
@@ -323,10 +320,9 @@ fn assembled(
         let turned = second_from_first.rotation * pair.first;
         libm::atan2(turned.cross(pair.second).length(), turned.dot(pair.second))
     };
-    let mut angles: Vec<f64> =
+    let angles: Vec<f64> =
         pairs.iter().zip(&agrees).filter(|(_, agrees)| **agrees).map(|(pair, _)| angle(pair)).collect();
-    angles.sort_by(f64::total_cmp);
-    let parallax_rad = angles.get(angles.len() / 2).copied().unwrap_or(0.0);
+    let parallax_rad = upper_median(&angles).unwrap_or(0.0);
     TwoView { model, second_from_first, alternative, agrees, points, parallax_rad, criteria }
 }
 

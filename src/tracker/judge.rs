@@ -4,12 +4,13 @@ use super::localiser::{LandmarkMatch, LocalisedPose};
 use super::locate::{MEDIAN_SIGMAS2, NARROW_PX};
 use super::preintegrate::filter::ImuPrediction;
 use super::refine::{WITHIN_PIXEL_PX, upper_median};
-use super::rig::CameraKeypoints;
+use super::rig::{CameraKeypoints, Keypoint};
 use super::state::LastKeyframe;
 use super::sweep::Moving;
 use super::{Inlier, Tracker};
 use crate::num::{greater, index};
 use crate::pose::Pose;
+use glam::DVec2;
 
 /// Limits on the position sigma of a pose that may create landmarks: a share of the median depth, and a multiple of the running
 /// mean.
@@ -20,15 +21,6 @@ const USUAL_FRAMES: f64 = 300.0;
 
 /// Frames in the running mean of the keypoint noise.
 const NOISE_FRAMES: f64 = 15.0;
-
-/// Quality of a pose.
-#[derive(Clone, Copy, Debug)]
-pub struct PoseQuality {
-    /// Single-picture position sigma given the map.
-    pub single_picture_sigma_m: Option<f64>,
-    /// Whether landmarks may be made from it.
-    pub is_sound: bool,
-}
 
 impl Tracker {
     /// Whether a imu_prediction pose leaves less open than a narrow search reaches: three sigma of turn and of place at the least depth.
@@ -48,27 +40,25 @@ impl Tracker {
         if self.depends_on_motion() { 0.0 } else { WITHIN_PIXEL_PX }
     }
 
-    /// Judges a pose. A certain IMU prediction makes it sound.
-    pub(super) fn judge(&mut self, located: &LocalisedPose, imu_is_sure: bool) -> PoseQuality {
-        let single_picture_sigma_m = located.single_picture_sigma_m;
-        let is_sound = imu_is_sure || self.is_sound(located, single_picture_sigma_m);
+    /// Whether landmarks may be made from a pose. A certain IMU prediction makes it sound.
+    pub(super) fn judge(&mut self, located: &LocalisedPose, imu_is_sure: bool) -> bool {
+        let is_sound = imu_is_sure || self.is_sound(located);
         self.weak_frames = if is_sound { 0 } else { self.weak_frames + 1 };
-        let sigma_m = single_picture_sigma_m.unwrap_or(self.usual_sigma_m);
+        let sigma_m = located.single_picture_sigma_m.unwrap_or(self.usual_sigma_m);
         let usual_m = if self.usual_sigma_m > 0.0 { self.usual_sigma_m } else { sigma_m };
         self.usual_sigma_m = usual_m + (sigma_m - usual_m) / USUAL_FRAMES;
-        PoseQuality { single_picture_sigma_m, is_sound }
+        is_sound
     }
 
     /// Whether a pose is certain enough to create landmarks, which inherit its error.
-    fn is_sound(&self, located: &LocalisedPose, single_picture_sigma_m: Option<f64>) -> bool {
+    fn is_sound(&self, located: &LocalisedPose) -> bool {
         let body_from_world = &located.state.body_from_world;
         let depth_m =
             |found: &LandmarkMatch| body_from_world.point(self.map.landmarks[found.landmark].position_m).length();
-        let mut depths_m: Vec<f64> = located.inliers.iter().map(depth_m).collect();
-        depths_m.sort_by(f64::total_cmp);
-        let median_m = depths_m.get(depths_m.len() / 2).copied().unwrap_or(0.0);
+        let depths_m: Vec<f64> = located.inliers.iter().map(depth_m).collect();
+        let median_m = upper_median(&depths_m).unwrap_or(0.0);
         let known = |sigma_m: f64| sigma_m <= greater(SOUND_SHARE_MAX * median_m, SOUND_FACTOR * self.usual_sigma_m);
-        self.cameras.len() == 1 || single_picture_sigma_m.is_some_and(known)
+        self.cameras.len() == 1 || located.single_picture_sigma_m.is_some_and(known)
     }
 
     /// Estimates the keypoint noise from the median residual of a frame. Corners of few-bit pictures jump by a pixel; with the
@@ -79,13 +69,9 @@ impl Tracker {
             return;
         }
         let params = &self.params;
-        let error2 = |found: &LandmarkMatch| {
-            let keypoint = &views[index(found.camera.0)].keypoints[found.keypoint];
-            let landmark_m = located.state.at(keypoint.offset_s).point(self.map.landmarks[found.landmark].position_m);
-            let place_px = self.cameras[index(found.camera.0)].place(landmark_m)?;
-            Some(((keypoint.place_px - place_px) * params.inverse_sigma(keypoint.scale)).length_squared())
-        };
-        let errors2: Vec<f64> = located.inliers.iter().filter_map(error2).collect();
+        let error2 =
+            |(miss_px, keypoint): (DVec2, &Keypoint)| (miss_px * params.inverse_sigma(keypoint.scale)).length_squared();
+        let errors2: Vec<f64> = self.misses_px(views, located, &located.state).map(error2).collect();
         let Some(median) = upper_median(&errors2) else { return };
         let (now_px, least_px) = (params.place_sigma_px, self.place_sigma_px_min);
         let shown_px2 = now_px * now_px * median / MEDIAN_SIGMAS2;
@@ -123,14 +109,24 @@ impl Tracker {
         located: &LocalisedPose,
         predicted: &Moving,
     ) -> Option<f64> {
-        let distance_px = |found: &LandmarkMatch| {
-            let keypoint = &views[index(found.camera.0)].keypoints[found.keypoint];
-            let landmark_m = predicted.at(keypoint.offset_s).point(self.map.landmarks[found.landmark].position_m);
-            let place_px = self.cameras[index(found.camera.0)].place(landmark_m)?;
-            Some((keypoint.place_px - place_px).length())
-        };
-        let distances_px: Vec<f64> = located.inliers.iter().filter_map(distance_px).collect();
+        let misses_px = self.misses_px(views, located, predicted);
+        let distances_px: Vec<f64> = misses_px.map(|(miss_px, _)| miss_px.length()).collect();
         upper_median(&distances_px)
+    }
+
+    /// From where a state of the body predicts each inlier to where its keypoint is.
+    fn misses_px<'a>(
+        &'a self,
+        views: &'a [CameraKeypoints],
+        located: &'a LocalisedPose,
+        state: &'a Moving,
+    ) -> impl Iterator<Item = (DVec2, &'a Keypoint)> {
+        located.inliers.iter().filter_map(|found| {
+            let keypoint = &views[index(found.camera.0)].keypoints[found.keypoint];
+            let landmark_m = state.at(keypoint.offset_s).point(self.map.landmarks[found.landmark].position_m);
+            let place_px = self.cameras[index(found.camera.0)].place(landmark_m)?;
+            Some((keypoint.place_px - place_px, keypoint))
+        })
     }
 
     /// Whether a located frame has moved far from the last keyframe, or has lost too many of its landmarks.

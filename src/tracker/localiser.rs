@@ -11,7 +11,6 @@ use nalgebra::Matrix6;
 /// A landmark found on a picture.
 #[derive(Clone, Copy, Debug)]
 pub struct LandmarkMatch {
-    /// Camera of the rig.
     pub camera: CameraIndex,
     /// Number of the keypoint in the camera's view.
     pub keypoint: usize,
@@ -22,7 +21,6 @@ pub struct LandmarkMatch {
 /// A localised pose with its supporting matches.
 #[derive(Clone, Debug)]
 pub struct LocalisedPose {
-    /// The body.
     pub state: Moving,
     /// Landmarks found where the pose predicts them.
     pub inliers: Vec<LandmarkMatch>,
@@ -36,15 +34,10 @@ pub struct LocalisedPose {
 
 /// One frame, the map, and the rules.
 pub struct Localiser<'a> {
-    /// The rig.
     pub cameras: &'a [RigCamera],
-    /// One view a camera.
     pub views: &'a [CameraKeypoints],
-    /// Landmarks to find.
     pub map: &'a Map,
-    /// The tracker's parameters.
     pub params: &'a TrackerParams,
-    /// Time of the frame in seconds.
     pub t_s: f64,
     /// The frames before, unless lost.
     pub motion: Option<VelocityModel>,
@@ -56,7 +49,6 @@ pub struct Localiser<'a> {
     pub least_px: f64,
     /// Whether the prediction is certain to a few pixels.
     pub sure: bool,
-    /// Its number.
     pub number: u64,
     /// Keypoints that supported the pose of the frame before.
     pub inliers_before: u32,

@@ -1,10 +1,12 @@
 //! Localises a frame in the map: searches landmarks around their predicted positions and refines the pose. After loss it relocalises by
 //! descriptors alone.
 
+use std::ops::Range;
+
 use glam::{DMat3, DVec3};
 
 use super::answer::TrackerWork;
-pub use super::localiser::{LandmarkMatch, LocalisedPose, Localiser};
+use super::localiser::{LandmarkMatch, LocalisedPose, Localiser};
 use super::prior::PosePrior;
 use crate::draw::DrawKey;
 use crate::num::{greater, index, lesser, u32_from};
@@ -56,7 +58,7 @@ impl Localiser<'_> {
         let turned = turned.map(|turned| (turned, NARROW_PX));
         let usual = [params.search_radius_px, params.search_radius_wide_px].map(|radius_px| (*predicted, radius_px));
         for (predicted, radius_px) in turned.into_iter().chain(usual) {
-            let (found, _) = self.search(&predicted, radius_px, rule, work);
+            let (found, _) = self.search(self.all(), &predicted, radius_px, rule, work);
             let Some((state, inliers)) = self.settle(&predicted, found, work) else { continue };
             let Some(located) = self.confirm(&state, u32_from(inliers.len()), work) else { continue };
             if !self.is_credible(&located) {
@@ -70,8 +72,13 @@ impl Localiser<'_> {
         None
     }
 
+    /// All landmarks.
+    fn all(&self) -> Range<usize> {
+        0..self.map.landmarks.len()
+    }
+
     /// Whether the pose agrees with its prior.
-    pub fn is_credible(&self, located: &LocalisedPose) -> bool {
+    fn is_credible(&self, located: &LocalisedPose) -> bool {
         let is_near = |prior: PosePrior| {
             let [sigma_m, sigma_rad] = MAP_SIGMAS;
             prior.loosened(sigma_m, sigma_rad).deviation2(&located.state.body_from_world) <= SURPRISE_SIGMAS2
@@ -81,8 +88,7 @@ impl Localiser<'_> {
 
     /// Finds the pose by descriptors alone, among the landmarks seen since a frame.
     pub fn anywhere(&self, seen_since: u64, key: DrawKey, work: &mut TrackerWork) -> Option<LocalisedPose> {
-        let landmarks: Vec<usize> =
-            (0..self.map.landmarks.len()).filter(|&l| self.map.landmarks[l].last_frame >= seen_since).collect();
+        let landmarks: Vec<usize> = self.all().filter(|&l| self.map.landmarks[l].last_frame >= seen_since).collect();
         let (start, support) = self.recognise(&landmarks, key, work)?;
         self.confirm(&start, support, work)
     }
@@ -117,7 +123,7 @@ impl Localiser<'_> {
         work: &mut TrackerWork,
     ) -> Option<(Moving, Vec<LandmarkMatch>)> {
         let rule = MatchRule { distance_max: self.params.distance_bits_max, ratio_max: 0.95 };
-        let (found, _) = self.search_among(landmarks.iter().copied(), state, SECOND_RADIUS_PX, rule, work);
+        let (found, _) = self.search(landmarks.iter().copied(), state, SECOND_RADIUS_PX, rule, work);
         self.settle(state, found, work)
     }
 
@@ -125,7 +131,7 @@ impl Localiser<'_> {
     /// not line up within a few pixels.
     fn confirm(&self, state: &Moving, support: u32, work: &mut TrackerWork) -> Option<LocalisedPose> {
         let rule = MatchRule { distance_max: self.params.distance_bits_max, ratio_max: 0.95 };
-        let (found, in_view) = self.search(state, SECOND_RADIUS_PX, rule, work);
+        let (found, in_view) = self.search(self.all(), state, SECOND_RADIUS_PX, rule, work);
         let count = u32_from(found.len());
         let (state, inliers) = self.settle(state, found, work)?;
         let kept = u32_from(inliers.len());
@@ -191,18 +197,8 @@ impl Localiser<'_> {
         })
     }
 
-    /// Landmarks found within a radius of where the pose predicts them, and those that it predicts on any picture.
+    /// Of some landmarks those found within a radius of where the pose predicts them, and those that it predicts on any picture.
     fn search(
-        &self,
-        state: &Moving,
-        radius_px: f64,
-        rule: MatchRule,
-        work: &mut TrackerWork,
-    ) -> (Vec<LandmarkMatch>, Vec<usize>) {
-        self.search_among(0..self.map.landmarks.len(), state, radius_px, rule, work)
-    }
-
-    fn search_among(
         &self,
         landmarks: impl Iterator<Item = usize>,
         state: &Moving,
@@ -277,13 +273,7 @@ impl Localiser<'_> {
     pub fn measurements(&self, found: &[LandmarkMatch]) -> Vec<PointMeasurement> {
         let measurement = |found: &LandmarkMatch| {
             let keypoint = &self.views[index(found.camera.0)].keypoints[found.keypoint];
-            PointMeasurement {
-                camera: found.camera,
-                point_in_world_m: self.map.landmarks[found.landmark].position_m,
-                place_px: keypoint.place_px,
-                inverse_sigma: self.params.inverse_sigma(keypoint.scale),
-                offset_s: keypoint.offset_s,
-            }
+            PointMeasurement::of(found.camera, keypoint, self.map.landmarks[found.landmark].position_m, self.params)
         };
         found.iter().map(measurement).collect()
     }

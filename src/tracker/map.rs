@@ -3,13 +3,14 @@
 
 use glam::{DVec2, DVec3};
 
+use super::params::TrackerParams;
 use super::problem::{Observation, Problem};
 use crate::num::{f64_from_u64, index, u32_from};
 use crate::pose::Pose;
 use crate::tracker::lie::{Sim3, Twist};
 use crate::tracker::matching::Descriptor;
 use crate::tracker::preintegrate::chain::WindowKeyframe;
-use crate::tracker::rig::RigCamera;
+use crate::tracker::rig::{Keypoint, RigCamera};
 use crate::tracker::sweep::Moving;
 use crate::units::CameraIndex;
 
@@ -29,16 +30,21 @@ const PROBATION_KEYFRAMES: u32 = 3;
 /// A landmark seen by a camera at a keyframe.
 #[derive(Clone, Copy, Debug)]
 pub struct Sighting {
-    /// Number of the keyframe.
     pub keyframe: u32,
-    /// Camera of the rig.
     pub camera: CameraIndex,
-    /// Place on its picture.
     pub place_px: DVec2,
     /// One over the standard deviation per axis, in 1/px.
     pub inverse_sigma: f64,
     /// From the time of the keyframe to that of the place's row, in seconds.
     pub offset_s: f64,
+}
+
+impl Sighting {
+    /// A keypoint of a keyframe's camera.
+    pub fn of((keyframe, camera): (u32, CameraIndex), keypoint: &Keypoint, params: &TrackerParams) -> Self {
+        let inverse_sigma = params.inverse_sigma(keypoint.scale);
+        Self { keyframe, camera, place_px: keypoint.place_px, inverse_sigma, offset_s: keypoint.offset_s }
+    }
 }
 
 /// A point of the world that was recognised more than once.
@@ -92,7 +98,6 @@ impl Landmark {
 pub struct Keyframe {
     /// Its number, rising, never reused.
     pub id: u32,
-    /// Time in seconds.
     pub t_s: f64,
     /// Where the body was, and how it moved.
     pub state: Moving,
@@ -101,9 +106,7 @@ pub struct Keyframe {
 /// Landmarks in rising order of their numbers, keyframes too.
 #[derive(Clone, Debug, Default)]
 pub struct Map {
-    /// All landmarks.
     pub landmarks: Vec<Landmark>,
-    /// All keyframes.
     pub keyframes: Vec<Keyframe>,
     next_landmark: u32,
     next_keyframe: u32,
@@ -111,7 +114,6 @@ pub struct Map {
 
 /// A window taken out for adjustment, with the way back.
 pub struct AdjustmentWindow<'a> {
-    /// What is adjusted.
     pub problem: Problem<'a>,
     keyframes: Vec<usize>,
     landmarks: Vec<usize>,
@@ -182,11 +184,8 @@ impl Map {
             let last_frame = self.landmarks[from].last_frame;
             self.landmarks[into].last_frame = self.landmarks[into].last_frame.max(last_frame);
         }
-        let mut number = 0;
-        self.landmarks.retain(|_| {
-            number += 1;
-            !gone[number - 1]
-        });
+        let mut gone = gone.iter();
+        self.landmarks.retain(|_| gone.next() == Some(&false));
     }
 
     /// Adds a landmark with its first sightings.

@@ -5,6 +5,8 @@
 //! left free. Derivatives of a pose in a prior are taken at its first estimate for good (first-estimates Jacobians, Huang, Mourikis and
 //! Roumeliotis 2010): were they taken anew, the sum of factors would measure the gauge, and the filter would be too sure of itself.
 
+use std::ops::Range;
+
 pub use super::problem::Prior;
 use crate::num::index;
 use crate::pose::Pose;
@@ -29,15 +31,16 @@ impl Prior {
         let n = side.len();
         let scale = (0..n).map(|k| matrix[k * (n + 1)]).collect();
         let mut dense = Dense { n, matrix, side, scale };
-        let others: Vec<bool> = (0..n).map(|k| k >= kept).collect();
-        while let Some(pivot) = dense.pivot(&others) {
+        while let Some(pivot) = dense.pivot(kept..n) {
             dense.take_out(pivot);
         }
-        let (root, side) = dense.root(&others.iter().map(|other| !other).collect::<Vec<bool>>());
-        let narrow = |row: Vec<f64>| {
-            poses.iter().flat_map(|(pose, _)| row[6 * index(*pose)..6 * index(*pose) + 6].to_vec()).collect()
-        };
-        let root: Vec<Vec<f64>> = root.into_iter().map(narrow).collect();
+        // Rows whose squares sum to what is left of the information, with what each should give.
+        let (mut root, mut side) = (Vec::new(), Vec::new());
+        while let Some(pivot) = dense.pivot(0..kept) {
+            let (row, right) = dense.take_out(pivot);
+            root.push(poses.iter().flat_map(|(pose, _)| row[6 * index(*pose)..][..6].to_vec()).collect());
+            side.push(right);
+        }
         (!root.is_empty()).then_some(Self { poses, root, side })
     }
 
@@ -81,21 +84,10 @@ impl Prior {
 }
 
 impl Dense {
-    /// Rows over some unknowns whose squares sum to what is left of the information, with what each should give.
-    fn root(&mut self, among: &[bool]) -> (Vec<Vec<f64>>, Vec<f64>) {
-        let (mut root, mut side) = (Vec::new(), Vec::new());
-        while let Some(pivot) = self.pivot(among) {
-            let (row, right) = self.take_out(pivot);
-            root.push(row);
-            side.push(right);
-        }
-        (root, side)
-    }
-
-    /// The unknown with the greatest share of its information left; `None` where all are below the tolerance.
-    fn pivot(&self, among: &[bool]) -> Option<usize> {
+    /// Of some unknowns the one with the greatest share of its information left; `None` where all are below the tolerance.
+    fn pivot(&self, among: Range<usize>) -> Option<usize> {
         let share = |k: usize| if self.scale[k] > 0.0 { self.matrix[k * (self.n + 1)] / self.scale[k] } else { 0.0 };
-        let candidates = (0..self.n).filter(|&k| among[k] && share(k) > RANK_TOLERANCE);
+        let candidates = among.filter(|&k| share(k) > RANK_TOLERANCE);
         candidates.reduce(|best, next| if share(next) > share(best) { next } else { best })
     }
 

@@ -100,6 +100,15 @@ impl Best {
     }
 }
 
+/// Pairs (first, second) of candidates that are each other's best, from the best partner of each on both sides.
+pub fn mutual(forward: &[Best], backward: &[Best], rule: MatchRule) -> Vec<(usize, usize)> {
+    let pair = |(a, best): (usize, &Best)| {
+        let b = best.accepted(rule)?;
+        (backward[b].number == a && backward[b].accepted(rule).is_some()).then_some((a, b))
+    };
+    forward.iter().enumerate().filter_map(pair).collect()
+}
+
 /// Keeps, for each right-hand number, the left-hand pair of least distance (the first on a tie), in left-hand order.
 pub fn one_to_one(pairs: &[(usize, usize, u32)], right_count: usize) -> Vec<(usize, usize)> {
     let mut owner: Vec<Option<(usize, u32)>> = vec![None; right_count];

@@ -10,11 +10,13 @@ const STEPS: u32 = 80;
 
 /// All positive roots; a double root that only touches zero may be missing, or be found twice.
 pub fn positive_roots(quartic: [f64; 5]) -> Vec<f64> {
-    let greatest = quartic.iter().fold(0.0, |most, c| greater(most, c.abs()));
-    if !(greatest > 0.0 && greatest.is_finite()) {
-        return Vec::new();
-    }
-    roots(&quartic.map(|c| c / greatest))
+    scaled(&quartic).map_or(Vec::new(), |c| roots(&c))
+}
+
+/// Coefficients of which the greatest is 1 or -1; `None` where all are 0, or one is not finite.
+fn scaled(coefficients: &[f64]) -> Option<Vec<f64>> {
+    let greatest = coefficients.iter().fold(0.0, |most, c| greater(most, c.abs()));
+    (greatest > 0.0 && greatest.is_finite()).then(|| coefficients.iter().map(|c| c / greatest).collect())
 }
 
 /// Roots within (0, bound], by the derivative's roots, recursively.
@@ -30,9 +32,19 @@ fn roots(coefficients: &[f64]) -> Vec<f64> {
         1 => return [-c[0] / c[1]].into_iter().filter(|root| *root > 0.0).collect(),
         _ => {}
     }
-    let derivative: Vec<f64> = (1..=degree).map(|k| f64::from(crate::num::u32_from(k)) * c[k]).collect();
     // Cauchy: no root exceeds 1 + max |c_k / c_n|.
     let bound = 1.0 + c[..degree].iter().fold(0.0, |most, ck| greater(most, (ck / c[degree]).abs()));
+    separated(c, bound, roots, bracketed)
+}
+
+/// Roots within (0, `bound`]: between the derivative's roots, which `roots` finds, one at most that `bracketed` finds.
+fn separated(
+    c: &[f64],
+    bound: f64,
+    roots: fn(&[f64]) -> Vec<f64>,
+    bracketed: fn(&[f64], &[f64], f64, f64) -> f64,
+) -> Vec<f64> {
+    let derivative: Vec<f64> = (1..c.len()).map(|k| f64::from(crate::num::u32_from(k)) * c[k]).collect();
     let mut found = Vec::new();
     let mut low = 0.0;
     for high in roots(&derivative).into_iter().filter(|&root| root < bound).chain([bound]) {
@@ -51,11 +63,7 @@ fn roots(coefficients: &[f64]) -> Vec<f64> {
 /// twice. Roots beyond 1 are sought as reciprocals of the reversed polynomial's, so that every bracket lies within 0..1
 /// and none is far from its root.
 pub fn real_roots(coefficients: &[f64]) -> Vec<f64> {
-    let greatest = coefficients.iter().fold(0.0, |most, c| greater(most, c.abs()));
-    if !(greatest > 0.0 && greatest.is_finite()) {
-        return Vec::new();
-    }
-    let scaled: Vec<f64> = coefficients.iter().map(|c| c / greatest).collect();
+    let Some(scaled) = scaled(coefficients) else { return Vec::new() };
     let mirrored: Vec<f64> = scaled.iter().enumerate().map(|(k, c)| if k % 2 == 0 { *c } else { -c }).collect();
     let mut found = Vec::new();
     if scaled[0] == 0.0 {
@@ -76,22 +84,7 @@ const REACH: f64 = 1.0 + 1.0 / 1_048_576.0;
 
 /// Roots within (0, `REACH`].
 fn unit_roots(c: &[f64]) -> Vec<f64> {
-    if c.len() < 2 {
-        return Vec::new();
-    }
-    let derivative: Vec<f64> = (1..c.len()).map(|k| f64::from(crate::num::u32_from(k)) * c[k]).collect();
-    let mut found = Vec::new();
-    let mut low = 0.0;
-    for high in unit_roots(&derivative).into_iter().filter(|&root| root < REACH).chain([REACH]) {
-        let (at_low, at_high) = (value(c, low), value(c, high));
-        if at_high == 0.0 {
-            found.push(high);
-        } else if at_low != 0.0 && (at_low < 0.0) != (at_high < 0.0) {
-            found.push(halved(c, &derivative, low, high));
-        }
-        low = high;
-    }
-    found
+    if c.len() < 2 { Vec::new() } else { separated(c, REACH, unit_roots, halved) }
 }
 
 /// The one root between two places of different sign: Newton where it at least halves the last step, else bisection.
@@ -120,7 +113,8 @@ fn halved(c: &[f64], derivative: &[f64], mut low: f64, mut high: f64) -> f64 {
     x
 }
 
-fn value(coefficients: &[f64], x: f64) -> f64 {
+/// The polynomial at a place.
+pub fn value(coefficients: &[f64], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
 

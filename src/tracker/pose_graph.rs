@@ -88,15 +88,7 @@ pub struct GraphOutcome {
 
 /// A diagonal information from standard deviations.
 pub fn information(linear_m: f64, angular_rad: f64, log_scale: f64) -> Matrix7 {
-    let sigma = |k: usize| {
-        if k < 3 {
-            linear_m
-        } else if k < 6 {
-            angular_rad
-        } else {
-            log_scale
-        }
-    };
+    let sigma = |k: usize| [linear_m, angular_rad, log_scale][k / 3];
     Matrix7::from_fn(|row, column| if row == column { 1.0 / (sigma(row) * sigma(row)) } else { 0.0 })
 }
 
@@ -232,7 +224,7 @@ impl PoseGraph {
     }
 
     fn cost(&self, nodes: &[Sim3]) -> f64 {
-        let cost = |edge| edge_cost(edge, &self.error(edge, nodes), &self.information(edge));
+        let cost = |edge: &Edge| edge.kernel.at(squared(&self.error(edge, nodes), &self.information(edge))).0;
         self.edges.iter().map(cost).sum()
     }
 
@@ -275,10 +267,6 @@ impl PoseGraph {
             system.rest_scale();
         }
     }
-}
-
-fn edge_cost(edge: &Edge, error: &SimTwist, information: &Matrix7) -> f64 {
-    edge.kernel.at(squared(error, information)).0
 }
 
 fn squared(error: &SimTwist, information: &Matrix7) -> f64 {

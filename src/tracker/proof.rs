@@ -9,7 +9,6 @@
 use glam::DVec3;
 
 use super::answer::TrackerWork;
-use super::depth::{MONO_DEPTH_M, median_depth};
 use super::params::TrackerParams;
 use super::problem::{Observation, Problem};
 use crate::draw::DrawKey;
@@ -25,6 +24,8 @@ use crate::tracker::sweep::{Moving, mean_rate};
 use crate::tracker::unit::solve_in_unit;
 use crate::units::CameraIndex;
 
+/// Median depth of the first points of a map without a metre, in its unit. The tracker's lengths are those of a room, so this is one's.
+const MONO_DEPTH_M: f64 = 2.0;
 /// Largest difference between the two halves' baseline directions and rotations, in radians. The whole is then certain to half
 /// of it, which is 5 % of a depth.
 const HALVES_RAD_MAX: f64 = 0.1;
@@ -38,7 +39,6 @@ const ITERATIONS: u32 = 15;
 /// A view of the camera.
 #[derive(Clone, Copy, Debug)]
 pub struct PathView<'a> {
-    /// Time of the frame in seconds.
     pub t_s: f64,
     pub keypoints: &'a [Keypoint],
     /// The body's rate of rotation, with a rolling shutter.
@@ -54,7 +54,6 @@ pub struct Hypothesis<'a> {
     pub params: &'a TrackerParams,
     /// The opening view, those between in the order of time, the present one.
     pub views: &'a [PathView<'a>],
-    /// Limits of the search.
     pub search: TwoViewSettings,
 }
 
@@ -135,7 +134,8 @@ impl Hypothesis<'_> {
             agrees.then(|| triangulated(motion, pair)).flatten().map(|point| (track, point))
         };
         let made: Vec<(usize, DVec3)> = tracks.iter().zip(&pairs).filter_map(point).collect();
-        let scale = MONO_DEPTH_M / median_depth(made.iter().map(|(_, point)| *point))?;
+        let depths: Vec<f64> = made.iter().map(|(_, point)| point.length()).collect();
+        let scale = MONO_DEPTH_M / upper_median(&depths).filter(|depth| depth.is_finite() && *depth > 0.0)?;
         let mut points_m: Vec<(usize, DVec3)> =
             made.into_iter().map(|(track, point)| (track, mounting.point(point * scale))).collect();
         if points_m.len() < PAIRS_MIN {
@@ -167,13 +167,7 @@ impl Hypothesis<'_> {
             }
             let measurement = |&(track, point_in_world_m): &(usize, DVec3)| {
                 let keypoint = self.keypoint(view, track)?;
-                Some(PointMeasurement {
-                    camera: CameraIndex(0),
-                    point_in_world_m,
-                    place_px: keypoint.place_px,
-                    inverse_sigma: self.params.inverse_sigma(keypoint.scale),
-                    offset_s: keypoint.offset_s,
-                })
+                Some(PointMeasurement::of(CameraIndex(0), keypoint, point_in_world_m, self.params))
             };
             let measurements: Vec<PointMeasurement> = points_m.iter().filter_map(measurement).collect();
             refine(self.cameras, &measurements, &self.moving(view, guess, last), None, 20).0.body_from_world
@@ -214,8 +208,8 @@ impl Hypothesis<'_> {
         if gated {
             let errors2 = problem.errors2();
             let gate = GATE_SIGMAS2 * greater(upper_median(&errors2).unwrap_or(0.0) / MEDIAN_SIGMAS2, 1.0);
-            let mut error2 = errors2.iter();
-            problem.observations.retain(|_| error2.next().is_some_and(|error2| *error2 <= gate));
+            let mut errors2 = errors2.iter();
+            problem.observations.retain(|_| errors2.next().is_some_and(|error2| *error2 <= gate));
         }
         problem
     }
@@ -251,11 +245,7 @@ impl Hypothesis<'_> {
 /// Drops every other element of a list longer than `most`.
 pub fn thin<T>(list: &mut Vec<T>, most: usize) {
     if list.len() > most {
-        let mut number = 0_usize;
-        list.retain(|_| {
-            number += 1;
-            number.is_multiple_of(2)
-        });
+        *list = std::mem::take(list).into_iter().skip(1).step_by(2).collect();
     }
 }
 
@@ -264,11 +254,8 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
-    use crate::optics::lens::{Intrinsics, Lens, Mapping};
     use crate::tracker::lie::se3_exp;
     use crate::tracker::matching::Descriptor;
-    use crate::tracker::rig::CameraCalibration;
-    use crate::units::Size;
 
     const VIEWS: usize = 5;
     const SIGMA_PX: f64 = 0.5;
@@ -291,17 +278,9 @@ mod tests {
                 let place_px =
                     camera.place(pose.point(point_m)).expect("before the camera") + DVec2::new(off(0), off(1));
                 let bearing = camera.calibration.lens.unproject(place_px).expect("a pinhole");
-                let descriptor = Descriptor::new(&[0; 32]);
-                Keypoint {
-                    feature: 0,
-                    place_px,
-                    offset_s: 0.0,
-                    bearing,
-                    straight: bearing,
-                    scale: 1.0,
-                    octave: 0,
-                    descriptor,
-                }
+                let (descriptor, straight) = (Descriptor::new(&[0; 32]), bearing);
+                let (feature, offset_s, scale, octave) = (0, 0.0, 1.0, 0);
+                Keypoint { feature, place_px, offset_s, bearing, straight, scale, octave, descriptor }
             };
             (0..100).map(keypoint).collect()
         };
@@ -310,10 +289,7 @@ mod tests {
 
     /// What the views prove, if two of them find any motion.
     fn proved(wrong: u64, seed: u64) -> Option<VerifiedPath> {
-        let intrinsics = Intrinsics { fx_px: 320.0, fy_px: 320.0, cx_px: 319.5, cy_px: 239.5 };
-        let lens = Lens { intrinsics, mapping: Mapping::Pinhole };
-        let size = Size { width_px: 640, height_px: 480 };
-        let cameras = [RigCamera::new(CameraCalibration { lens, size, body_from_camera: Pose::IDENTITY })];
+        let cameras = [RigCamera::vga_pinhole([319.5, 239.5])];
         let key = DrawKey::root(seed);
         let all = keypoints(&cameras[0], key, wrong);
         let pairs: Vec<(usize, usize)> = (0..100).map(|track| (track, track)).collect();
@@ -338,7 +314,7 @@ mod tests {
                 // What the halves may differ by; the whole has half of it.
                 assert!(last.translation_m.angle_between(DVec3::X) < HALVES_RAD_MAX, "seed {seed}: {last:?}");
                 assert!(path.points_m.len() >= 50, "seed {seed}: {} points", path.points_m.len());
-                noise_px.push(path.noise_sigmas * params_px());
+                noise_px.push(path.noise_sigmas * TrackerParams::room(0).place_sigma_px);
             }
         }
         // Residuals mix errors: between a normal law's 0.5 px and a uniform one's, whose squares have their median at
@@ -350,10 +326,6 @@ mod tests {
         assert!(noise_px.iter().all(|px| (px / mean_px - 1.0).abs() < 0.3), "{mean_px} px, {noise_px:?}");
         // Some four of five are proved; 40 of 60 is 2.6 standard deviations below 48.
         assert!(noise_px.len() >= 40, "{} of {tried}", noise_px.len());
-    }
-
-    fn params_px() -> f64 {
-        TrackerParams::room(0).place_sigma_px
     }
 
     #[test]

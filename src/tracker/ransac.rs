@@ -88,20 +88,14 @@ fn samples_needed(inlier_share: f64, limits: RansacSettings) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optics::lens::{Intrinsics, Lens, Mapping};
     use crate::tracker::lie::{Twist, se3_exp};
-    use crate::tracker::rig::CameraCalibration;
-    use crate::units::Size;
     use glam::DVec2;
 
     const LIMITS: RansacSettings = RansacSettings { samples_max: 400, confidence: 0.999, gate_sigmas2: 9.21 };
 
     #[test]
     fn half_of_the_matches_wrong_still_gives_the_pose_and_equal_keys_give_equal_answers() {
-        let intrinsics = Intrinsics { fx_px: 320.0, fy_px: 320.0, cx_px: 320.0, cy_px: 240.0 };
-        let size = Size { width_px: 640, height_px: 480 };
-        let lens = Lens { intrinsics, mapping: Mapping::Pinhole };
-        let cameras = [RigCamera::new(CameraCalibration { lens, size, body_from_camera: Pose::IDENTITY })];
+        let cameras = [RigCamera::vga_pinhole([320.0, 240.0])];
         let truth = se3_exp(Twist::from_array([0.3, -0.2, 0.1, 0.2, -0.4, 0.9]));
         let number = |n: u32, k: u32| f64::from((n * 7_919 + k * 104_729) % 1_000) / 500.0 - 1.0;
         let (mut measurements, mut bearings) = (Vec::new(), Vec::new());
@@ -112,7 +106,7 @@ mod tests {
             let point_in_world_m = truth.inverse().point(in_body_m);
             let (camera, inverse_sigma, offset_s) = (CameraIndex(0), 1.0, 0.0);
             measurements.push(PointMeasurement { camera, point_in_world_m, place_px, inverse_sigma, offset_s });
-            bearings.push(lens.unproject(place_px).unwrap());
+            bearings.push(cameras[0].calibration.lens.unproject(place_px).unwrap());
         }
         let found = |key| search(&cameras, (&measurements, &bearings), DrawKey(key), LIMITS).unwrap();
         let (first, again) = (found(5), found(5));

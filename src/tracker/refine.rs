@@ -6,12 +6,14 @@
 use glam::{DMat3, DVec2, DVec3};
 use nalgebra::Matrix6;
 
+use super::params::TrackerParams;
 pub use super::prior::PosePrior;
 use crate::num::{greater, index, lesser};
 use crate::pose::Pose;
 use crate::tracker::dense::solve_cholesky;
 use crate::tracker::lie::{Twist, se3_exp};
-use crate::tracker::rig::RigCamera;
+use crate::tracker::pose_graph::RobustKernel;
+use crate::tracker::rig::{Keypoint, RigCamera};
 use crate::tracker::sweep::{Moving, RatePrior};
 use crate::units::CameraIndex;
 
@@ -28,6 +30,14 @@ pub struct PointMeasurement {
     pub inverse_sigma: f64,
     /// From the time of the frame to that of the place's row, in seconds.
     pub offset_s: f64,
+}
+
+impl PointMeasurement {
+    /// Of a point that a camera saw as a keypoint.
+    pub fn of(camera: CameraIndex, keypoint: &Keypoint, point_in_world_m: DVec3, params: &TrackerParams) -> Self {
+        let inverse_sigma = params.inverse_sigma(keypoint.scale);
+        Self { camera, point_in_world_m, place_px: keypoint.place_px, inverse_sigma, offset_s: keypoint.offset_s }
+    }
 }
 
 /// Squared error in sigmas of what cannot be projected: beyond every gate, yet finite, so costs stay comparable.
@@ -137,17 +147,6 @@ pub fn upper_median(values: &[f64]) -> Option<f64> {
 /// Huber's threshold in sigmas: the 95 % quantile of a two-dimensional normal error, sqrt(5.991).
 pub const HUBER_SIGMAS: f64 = 2.448;
 
-/// Huber's cost of a squared error, and the weight of its linearisation.
-#[inline]
-pub fn huber(error2: f64) -> (f64, f64) {
-    if error2 <= HUBER_SIGMAS * HUBER_SIGMAS {
-        (error2, 1.0)
-    } else {
-        let error = error2.sqrt();
-        (2.0 * HUBER_SIGMAS * error - HUBER_SIGMAS * HUBER_SIGMAS, HUBER_SIGMAS / error)
-    }
-}
-
 /// Error distribution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ErrorModel {
@@ -162,7 +161,7 @@ impl ErrorModel {
     #[inline]
     pub fn cost(self, error2: f64) -> f64 {
         match self {
-            Self::Huber => huber(error2).0,
+            Self::Huber => RobustKernel::Huber(HUBER_SIGMAS).at(error2).0,
             Self::StudentT(law) => law.cost(error2),
         }
     }
@@ -171,24 +170,29 @@ impl ErrorModel {
     #[inline]
     pub fn weight(self, error2: f64) -> f64 {
         match self {
-            Self::Huber => huber(error2).1,
+            Self::Huber => RobustKernel::Huber(HUBER_SIGMAS).at(error2).1,
             Self::StudentT(law) => law.weight(error2),
         }
     }
 }
 
+/// Squared error of a place, in sigmas, for a point of the body's frame at the row's time.
+#[inline]
+pub fn error2(camera: &RigCamera, at_row_m: DVec3, (place_px, inverse_sigma): (DVec2, f64)) -> f64 {
+    camera.place(at_row_m).map_or(UNSEEN_SIGMAS2, |predicted_px| {
+        ((place_px - predicted_px) * inverse_sigma).length_squared().clamp(0.0, UNSEEN_SIGMAS2)
+    })
+}
+
 /// Squared errors of all measurements, in sigmas.
 pub fn errors2(cameras: &[RigCamera], measurements: &[PointMeasurement], state: &Moving) -> Vec<f64> {
     let rotation = DMat3::from_quat(state.body_from_world.rotation);
-    let error2 = |m: &PointMeasurement| {
+    let of = |m: &PointMeasurement| {
         let in_body_m = rotation * m.point_in_world_m + state.body_from_world.translation_m;
         let at_row_m = if m.offset_s == 0.0 { in_body_m } else { state.row_from_frame(m.offset_s).point(in_body_m) };
-        let projected = cameras[index(m.camera.0)].place(at_row_m);
-        projected.map_or(UNSEEN_SIGMAS2, |place_px| {
-            ((m.place_px - place_px) * m.inverse_sigma).length_squared().clamp(0.0, UNSEEN_SIGMAS2)
-        })
+        error2(&cameras[index(m.camera.0)], at_row_m, (m.place_px, m.inverse_sigma))
     };
-    measurements.iter().map(error2).collect()
+    measurements.iter().map(of).collect()
 }
 
 /// Priors of rate and pose.

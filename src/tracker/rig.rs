@@ -48,6 +48,15 @@ impl RigCamera {
         Self { calibration, camera_from_body, rotation, focal_px }
     }
 
+    /// A pinhole of VGA pictures at the body's place, with this principal point.
+    #[cfg(test)]
+    pub fn vga_pinhole([cx_px, cy_px]: [f64; 2]) -> Self {
+        let intrinsics = crate::optics::lens::Intrinsics { fx_px: 320.0, fy_px: 320.0, cx_px, cy_px };
+        let lens = Lens { intrinsics, mapping: Mapping::Pinhole };
+        let size = Size { width_px: 640, height_px: 480 };
+        Self::new(CameraCalibration { lens, size, body_from_camera: Pose::IDENTITY })
+    }
+
     /// Place of a point of the body's frame; `None` outside the lens' field or outside the picture.
     pub fn project(&self, point_in_body_m: DVec3) -> Option<DVec2> {
         self.place(point_in_body_m).filter(|&place_px| self.contains(place_px))

@@ -11,14 +11,14 @@ use super::answer::TrackerWork;
 use super::localiser::Localiser;
 use crate::num::{index, u32_from, u64_from};
 use crate::pose::Pose;
-use crate::tracker::lie::{Twist, se3_exp};
+use crate::tracker::lie::so3_exp;
 use crate::tracker::matching::Distances;
 use crate::tracker::sweep::Moving;
 
 /// Edge of a bin of shifts, and bins on each side of none.
 const BIN_PX: f64 = 2.0;
-const REACH_BINS: i32 = 16;
-const SIDE_BINS: i32 = 2 * REACH_BINS + 1;
+const REACH_BINS: u32 = 16;
+const SIDE_BINS: u32 = 2 * REACH_BINS + 1;
 /// Least number of votes in a bin and its neighbours, and least share of all votes (one in this many), for a clear result.
 const VOTES_MIN: u32 = 20;
 const VOTES_SHARE: u32 = 4;
@@ -31,7 +31,7 @@ pub fn turned(frame: &Localiser<'_>, predicted: &Moving, work: &mut TrackerWork)
     let mut best: Option<(u32, usize, DVec2)> = None;
     let (mut near, mut distances) = (Vec::new(), Vec::new());
     for (camera, view) in frame.views.iter().enumerate() {
-        let mut votes = vec![0_u32; index(u32::try_from(SIDE_BINS * SIDE_BINS).unwrap_or(0))];
+        let mut votes = vec![0_u32; index(SIDE_BINS * SIDE_BINS)];
         let mut cast = 0;
         for &number in &recent {
             let landmark = &frame.map.landmarks[number];
@@ -51,9 +51,7 @@ pub fn turned(frame: &Localiser<'_>, predicted: &Moving, work: &mut TrackerWork)
             // Equals to within noise vote alike.
             for (&keypoint, _) in near.iter().zip(&distances).filter(|(_, distance)| **distance <= least + EQUAL_BITS) {
                 let shift_px = view.keypoints[keypoint].place_px - place_px;
-                if let Some(bin) = bin(shift_px) {
-                    votes[bin] += 1;
-                }
+                bin(shift_px).into_iter().for_each(|bin| votes[bin] += 1);
             }
         }
         let Some((count, shift_px)) = peak(&votes) else { continue };
@@ -65,7 +63,7 @@ pub fn turned(frame: &Localiser<'_>, predicted: &Moving, work: &mut TrackerWork)
     let camera = &frame.cameras[camera];
     // A turn about the camera's y moves the picture along x, one about its x along y.
     let angles = DVec3::new(-shift_px.y, shift_px.x, 0.0) / camera.focal_px;
-    let turn = Pose::new(se3_exp(Twist { linear_m: DVec3::ZERO, angular_rad: angles }).rotation, DVec3::ZERO);
+    let turn = Pose::new(so3_exp(angles), DVec3::ZERO);
     let in_body = camera.calibration.body_from_camera.then(&turn).then(&camera.camera_from_body);
     Some(Moving { body_from_world: in_body.then(&predicted.body_from_world), ..*predicted })
 }
@@ -76,26 +74,22 @@ const EQUAL_BITS: u32 = 9;
 fn bin(shift_px: DVec2) -> Option<usize> {
     let of = |value_px: f64| {
         let bin = crate::num::i64_half_even(value_px / BIN_PX) + i64::from(REACH_BINS);
-        u32::try_from(bin).ok().filter(|&bin| bin < SIDE_BINS.unsigned_abs())
+        u32::try_from(bin).ok().filter(|&bin| bin < SIDE_BINS)
     };
-    Some(index(of(shift_px.y)? * SIDE_BINS.unsigned_abs() + of(shift_px.x)?))
+    Some(index(of(shift_px.y)? * SIDE_BINS + of(shift_px.x)?))
 }
 
 /// The bin with most votes, its neighbours included, and their number. Ties go to the smaller shift.
 fn peak(votes: &[u32]) -> Option<(u32, DVec2)> {
-    let side = index(SIDE_BINS.unsigned_abs());
+    let side = index(SIDE_BINS);
     let mut best: Option<(u32, u32, DVec2)> = None;
     for row in 1..side - 1 {
         for column in 1..side - 1 {
             let around = (row - 1..=row + 1).flat_map(|r| votes[r * side + column - 1..=r * side + column + 1].iter());
             let count: u32 = around.sum();
-            let (x, y) = (
-                u32_from(column).abs_diff(REACH_BINS.unsigned_abs()),
-                u32_from(row).abs_diff(REACH_BINS.unsigned_abs()),
-            );
+            let [x, y] = [column, row].map(|bin| u32_from(bin).abs_diff(REACH_BINS));
             let away = x * x + y * y;
-            let wins = best.is_none_or(|(most, least, _)| count > most || (count == most && away < least));
-            if wins {
+            if best.is_none_or(|(most, least, _)| count > most || (count == most && away < least)) {
                 let centre = |k: usize| BIN_PX * (f64::from(u32_from(k)) - f64::from(REACH_BINS));
                 best = Some((count, away, DVec2::new(centre(column), centre(row))));
             }

@@ -2,21 +2,20 @@
 //! verified.
 //!
 //! Each frame is compared with a first one: pairs by descriptors alone, the motion by [`two_view`]. One camera gives no metric
-//! scale: the map's unit is such that the median depth of the first points is [`MONO_DEPTH_M`]. With several cameras that do
+//! scale: the map's unit is such that the median depth of the first points is `MONO_DEPTH_M` of the proof. With several cameras that do
 //! not overlap, the rotation of their lever arms gives the scale: each pair of another camera must satisfy the epipolar
 //! constraint of the whole rig's motion, an equation linear in the scale (Pless, "Using many cameras as one", CVPR 2003).
 
 use glam::{DQuat, DVec3};
 
 use super::answer::TrackerWork;
-pub use super::depth::{MONO_DEPTH_M, median_depth};
 use super::params::TrackerParams;
 use crate::draw::DrawKey;
 use crate::num::{greater, lesser, u64_from};
 use crate::pose::Pose;
 use crate::tracker::initial::{BearingPair, Refusal, TwoViewSettings, turn, two_view};
-use crate::tracker::lie::{Twist, se3_exp, so3_log};
-use crate::tracker::matching::{Best, MatchRule};
+use crate::tracker::lie::{Twist, so3_exp, so3_log};
+use crate::tracker::matching::{Best, MatchRule, mutual};
 use crate::tracker::proof::{self, Hypothesis, PathView};
 use crate::tracker::rig::{CameraKeypoints, Keypoint, RigCamera};
 use crate::tracker::sweep::{AT_REST, Moving, mean_rate};
@@ -81,13 +80,9 @@ pub struct Begun {
 
 /// The surroundings of a start.
 pub struct Initialisation<'a> {
-    /// The rig.
     pub cameras: &'a [RigCamera],
-    /// The tracker's parameters.
     pub params: &'a TrackerParams,
-    /// Number of the frame.
     pub frame: u64,
-    /// Key of the frame's draws.
     pub key: DrawKey,
 }
 
@@ -117,12 +112,10 @@ impl MonoInitialiser {
                 first.rate = shot.rate;
             }
         }
-        let begun = match &self.first {
-            Some(first) if first.t_s < t_s && alone => {
-                stage.hold_alone(first, &shot, (&self.tracks, &self.between), work)
-            }
-            Some(first) if first.t_s < t_s => stage.hold(first, &shot, work),
-            _ => Err(()),
+        let begun = match self.first.as_ref().filter(|first| first.t_s < t_s) {
+            Some(first) if alone => stage.hold_alone(first, &shot, (&self.tracks, &self.between), work),
+            Some(first) => stage.hold(first, &shot, work),
+            None => Err(()),
         };
         if begun.is_err() {
             self.first = Some(shot.clone());
@@ -147,7 +140,6 @@ impl MonoInitialiser {
         }
     }
 
-    /// Forgets all frames.
     pub fn clear(&mut self) {
         *self = Self::default();
     }
@@ -199,10 +191,8 @@ impl Initialisation<'_> {
         let own: Vec<BearingPair> = numbers.iter().map(pair).collect();
         let search = self.search(0, 1.0);
         let Some(found) = two_view(&own, &search, self.key) else { return Ok(None) };
-        if found
-            .check(least.max(own.len() / POINTS_SHARE), PARALLAX_RAD_MIN)
-            .is_err_and(|why| why != Refusal::TwoMotions)
-        {
+        let checked = found.check(least.max(own.len() / POINTS_SHARE), PARALLAX_RAD_MIN);
+        if checked.is_err_and(|why| why != Refusal::TwoMotions) {
             return Ok(None);
         }
         let views: Vec<PathView<'_>> = std::iter::once(path_view(first, &first_views, &[]))
@@ -217,11 +207,8 @@ impl Initialisation<'_> {
         let second_from_first = path.poses[path.poses.len() - 1];
         let keypoint_of =
             |track: usize| numbers.binary_search_by_key(&track, |pair| pair.0).ok().map(|at| numbers[at].1);
-        let points = path
-            .points_m
-            .iter()
-            .filter_map(|&(track, point_m)| keypoint_of(track).map(|j| (track, j, point_m)))
-            .collect();
+        let place = |&(track, point_m): &(usize, DVec3)| keypoint_of(track).map(|j| (track, j, point_m));
+        let points = path.points_m.iter().filter_map(place).collect();
         let begun = begun((first, first_views), (second, second_views), second_from_first, (0, points));
         Ok(Some(Begun { noise_sigmas: Some(path.noise_sigmas), ..begun }))
     }
@@ -229,18 +216,15 @@ impl Initialisation<'_> {
     /// The camera's turn over a time, at a rate of the body's.
     fn turn(&self, turning: Option<Twist>, span_s: f64) -> DQuat {
         let axis_rad = turning.map_or(DVec3::ZERO, |rate| rate.angular_rad * span_s);
-        se3_exp(Twist { linear_m: DVec3::ZERO, angular_rad: self.cameras[0].camera_from_body.direction(axis_rad) })
-            .rotation
+        so3_exp(self.cameras[0].camera_from_body.direction(axis_rad))
     }
 
     /// Two frames against each other: a start, none yet, or an opening that has too little in common with the present.
     fn hold(&self, first: &InitialFrame, second: &InitialFrame, work: &mut TrackerWork) -> Result<Option<Begun>, ()> {
         let (first_views, second_views) = (self.straight(first), self.straight(second));
-        let numbers: Vec<Vec<(usize, usize)>> = first_views
-            .iter()
-            .zip(&second_views)
-            .map(|(a, b)| self.look_alikes(&a.keypoints, &b.keypoints, work))
-            .collect();
+        let views = first_views.iter().zip(&second_views);
+        let numbers: Vec<Vec<(usize, usize)>> =
+            views.map(|(a, b)| self.look_alikes(&a.keypoints, &b.keypoints, work)).collect();
         let best = (0..numbers.len()).fold(0, |best, k| if numbers[k].len() > numbers[best].len() { k } else { best });
         let least = crate::num::index(self.params.start_landmarks_min);
         if numbers[best].len() < PAIRS_FACTOR * least {
@@ -252,14 +236,12 @@ impl Initialisation<'_> {
         };
         let own = pairs(best);
         let Some(found) = two_view(&own, &self.search(best, 1.0), self.key) else { return Ok(None) };
-        let points_min = least.max(own.len() / POINTS_SHARE);
-        if found.check(points_min, PARALLAX_RAD_MIN).is_err() {
+        if found.check(least.max(own.len() / POINTS_SHARE), PARALLAX_RAD_MIN).is_err() {
             return Ok(None);
         }
         let others: Vec<(usize, Vec<BearingPair>)> =
             (0..numbers.len()).filter(|&camera| camera != best).map(|camera| (camera, pairs(camera))).collect();
-        let scale = self.rig_scale(best, &found.second_from_first, &others);
-        let Some(scale) = scale else { return Ok(None) };
+        let Some(scale) = self.rig_scale(best, &found.second_from_first, &others) else { return Ok(None) };
         let mounting = self.cameras[best].calibration.body_from_camera;
         let moved = Pose { translation_m: found.second_from_first.translation_m * scale, ..found.second_from_first };
         let second_from_first = mounting.then(&moved).then(&mounting.inverse());
@@ -316,11 +298,7 @@ impl Initialisation<'_> {
             }
         }
         work.descriptors_compared += u64_from(first.len() * second.len());
-        let mutual = |(i, best): (usize, &Best)| {
-            let j = best.accepted(rule)?;
-            (backward[j].number == i && backward[j].accepted(rule).is_some()).then_some((i, j))
-        };
-        forward.iter().enumerate().filter_map(mutual).collect()
+        mutual(&forward, &backward, rule)
     }
 
     /// Length in metres of one camera's unit baseline, from the other cameras' pairs; `None` if they do not determine it.

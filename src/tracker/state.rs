@@ -9,11 +9,7 @@ pub enum TrackerState {
     /// There is no map. The next frame may start one.
     Waiting,
     /// The last frame has a pose. The next one is looked for where the motion leads.
-    Tracking {
-        history: MapHistory,
-        /// Of the body.
-        motion: VelocityModel,
-    },
+    Tracking { history: MapHistory, motion: VelocityModel },
     /// The last frame has no pose. The next one is looked for in the whole map.
     Lost { history: MapHistory },
 }
@@ -32,9 +28,7 @@ pub struct MapHistory {
 /// The last keyframe, as far as the next one depends on it.
 #[derive(Clone, Copy, Debug)]
 pub struct LastKeyframe {
-    /// Its number.
     pub frame: u64,
-    /// Where the body was.
     pub world_from_body: Pose,
     /// Landmarks that a frame at this pose can match.
     pub landmarks: u32,

@@ -10,7 +10,8 @@ use super::answer::TrackerWork;
 use super::params::TrackerParams;
 use crate::num::u64_from;
 use crate::tracker::matching::{Best, Descriptor, MatchRule, one_to_one};
-use crate::tracker::rig::{CameraKeypoints, RigCamera};
+use crate::tracker::refine::upper_median;
+use crate::tracker::rig::{CameraKeypoints, Keypoint, RigCamera};
 
 /// Frames for which a corner that flickers is looked for where the turns have taken it.
 const MISSING_FRAMES_MAX: u32 = 15;
@@ -36,7 +37,7 @@ pub struct Tracks {
 impl Tracks {
     /// Every keypoint of a view begins a track of its number.
     pub fn of(view: &CameraKeypoints) -> Self {
-        let track = |(number, keypoint): (usize, &crate::tracker::rig::Keypoint)| CornerTrack {
+        let track = |(number, keypoint): (usize, &Keypoint)| CornerTrack {
             bearing: keypoint.bearing,
             looks: [keypoint.descriptor; 2],
             missing: 0,
@@ -90,19 +91,11 @@ pub fn median_step_px(
     (before, before_pairs): (&CameraKeypoints, &[(usize, usize)]),
     (now, now_pairs): (&CameraKeypoints, &[(usize, usize)]),
 ) -> Option<f64> {
-    let steps_px: Vec<f64> = shared(before_pairs, now_pairs)
-        .map(|(_, i, j)| (now.keypoints[j].place_px - before.keypoints[i].place_px).length())
-        .collect();
-    crate::tracker::refine::upper_median(&steps_px)
-}
-
-/// Tracks of both lists, which rise: track, keypoint in the first view, keypoint in the second.
-fn shared<'a>(
-    first: &'a [(usize, usize)],
-    second: &'a [(usize, usize)],
-) -> impl Iterator<Item = (usize, usize, usize)> + 'a {
-    first.iter().filter_map(|&(track, i)| {
-        let at = second.binary_search_by_key(&track, |pair| pair.0).ok()?;
-        Some((track, i, second[at].1))
-    })
+    // Tracks rise in both lists.
+    let step_px = |&(track, i): &(usize, usize)| {
+        let at = now_pairs.binary_search_by_key(&track, |pair| pair.0).ok()?;
+        Some((now.keypoints[now_pairs[at].1].place_px - before.keypoints[i].place_px).length())
+    };
+    let steps_px: Vec<f64> = before_pairs.iter().filter_map(step_px).collect();
+    upper_median(&steps_px)
 }

@@ -47,11 +47,10 @@ mod tests {
     use super::*;
     use crate::draw::DrawKey;
     use crate::num::f64_from_usize;
-    use crate::optics::lens::{Intrinsics, Lens, Mapping};
     use crate::tracker::adjust::Observation;
     use crate::tracker::lie::{Twist, se3_exp};
-    use crate::tracker::rig::{CameraCalibration, RigCamera};
-    use crate::units::{CameraIndex, Size};
+    use crate::tracker::rig::RigCamera;
+    use crate::units::CameraIndex;
 
     /// Two free poses and a held one before 40 points, places off by up to 0.5 px.
     fn problem(cameras: &[RigCamera]) -> Problem<'_> {
@@ -74,11 +73,8 @@ mod tests {
         Problem { cameras, poses, free: 2, points_m, observations }
     }
 
-    fn camera() -> Vec<RigCamera> {
-        let intrinsics = Intrinsics { fx_px: 320.0, fy_px: 320.0, cx_px: 319.5, cy_px: 239.5 };
-        let size = Size { width_px: 640, height_px: 480 };
-        let lens = Lens { intrinsics, mapping: Mapping::Pinhole };
-        vec![RigCamera::new(CameraCalibration { lens, size, body_from_camera: Pose::IDENTITY })]
+    fn camera() -> [RigCamera; 1] {
+        [RigCamera::vga_pinhole([319.5, 239.5])]
     }
 
     #[test]

@@ -55,14 +55,12 @@ impl Spline {
             positions_m: vec![DVec3::ZERO; unknowns],
             rotations: first_guess(samples, start_s, knot_s, unknowns),
         };
-        let rows: Vec<(usize, Basis)> = samples
-            .iter()
-            .map(|sample| {
-                let knots = num::lesser((sample.t_s - start_s) / knot_s, f64::from(intervals));
-                let interval = num::index(num::u32_truncated(knots).min(intervals - 1));
-                (interval, Basis::at(knots - num::f64_from_usize(interval)))
-            })
-            .collect();
+        let row = |sample: &TimedPose| {
+            let knots = num::lesser((sample.t_s - start_s) / knot_s, f64::from(intervals));
+            let interval = num::index(num::u32_truncated(knots).min(intervals - 1));
+            (interval, Basis::at(knots - num::f64_from_usize(interval)))
+        };
+        let rows: Vec<(usize, Basis)> = samples.iter().map(row).collect();
         let mut equations = NormalEquations::new(unknowns);
         for (first, basis) in &rows {
             equations.add(*first, &basis.value, 1.0);

@@ -106,12 +106,12 @@ pub fn samples(
     let mut accelerometer_bias_m_per_s2 = DVec3::ZERO;
     let mut readings = Vec::new();
     for k in first..=last {
-        let mut normals = NormalPair::new(key.with(k.cast_unsigned()));
+        let mut stream = Xoshiro256PlusPlus::seed_from_u64(key.with(k.cast_unsigned()).0);
         let t_s = num::f64_from_i64(k) / noise.rate_hz;
         let (rate_rad_per_s, force_m_per_s2) =
             truth(&motion.state(t_s)?, &imu.body_from_imu, gravity_in_world_m_per_s2);
-        let (gyroscope_white, accelerometer_white) = (normals.vector(), normals.vector());
-        let (gyroscope_step, accelerometer_step) = (normals.vector(), normals.vector());
+        let (gyroscope_white, accelerometer_white) = (normals(&mut stream), normals(&mut stream));
+        let (gyroscope_step, accelerometer_step) = (normals(&mut stream), normals(&mut stream));
         if k > first {
             gyroscope_bias_rad_per_s += gyroscope_step * (noise.gyroscope_random_walk * walk);
             accelerometer_bias_m_per_s2 += accelerometer_step * (noise.accelerometer_random_walk * walk);
@@ -142,30 +142,19 @@ pub fn truth(state: &BodyState, body_from_imu: &Pose, gravity_in_world_m_per_s2:
     (imu_from_body * rate, imu_from_body * (origin_force + lever))
 }
 
-/// Standard normals of one key, by Box and Muller's transform.
-struct NormalPair {
-    source: Xoshiro256PlusPlus,
-}
-
-impl NormalPair {
-    fn new(key: DrawKey) -> Self {
-        Self { source: Xoshiro256PlusPlus::seed_from_u64(key.0) }
-    }
-
-    /// Three of a pair of pairs; the fourth is left, so that every vector takes the same number of draws.
-    fn vector(&mut self) -> DVec3 {
-        let ([x, y], [z, _]) = (self.pair(), self.pair());
-        DVec3::new(x, y, z)
-    }
-
-    fn pair(&mut self) -> [f64; 2] {
+/// Three standard normals of two pairs by Box and Muller's transform; the fourth is left, so that every vector takes the same number of
+/// draws.
+fn normals(stream: &mut Xoshiro256PlusPlus) -> DVec3 {
+    let mut pair = || {
         // 53 bits each; the first lies in (0, 1], so its logarithm is finite.
-        let uniform: f64 = self.source.sample(OpenClosed01);
-        let turn: f64 = self.source.random();
+        let uniform: f64 = stream.sample(OpenClosed01);
+        let turn: f64 = stream.random();
         let radius = (-2.0 * libm::log(uniform)).sqrt();
         let (sine, cosine) = libm::sincos(core::f64::consts::TAU * turn);
         [radius * cosine, radius * sine]
-    }
+    };
+    let ([x, y], [z, _]) = (pair(), pair());
+    DVec3::new(x, y, z)
 }
 
 #[cfg(test)]

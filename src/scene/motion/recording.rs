@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 
 use super::from_first_sample;
 use crate::num;
-use crate::pose::{LineError, Pose, Repairs, TimedPose, norm_error, read_tum};
+use crate::pose::{LineError, Pose, Repairs, TimedPose, norm_error, read_poses, read_tum};
 
 /// A trajectory as it was recorded.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,25 +49,7 @@ fn is_euroc(text: &str) -> bool {
 /// renormalised; of repeated time stamps the first is kept. Fails on too few fields, a field that is no finite number, a quaternion far
 /// from unit, or time going back; with its line.
 pub fn parse_euroc(text: &str) -> Result<(Vec<EurocPose>, Repairs), LineError> {
-    let mut poses: Vec<EurocPose> = Vec::new();
-    let mut repairs = Repairs::default();
-    for (index, line) in crate::text::without_mark(text).lines().enumerate() {
-        let line = line.trim();
-        if line.is_empty() || line.starts_with('#') {
-            continue;
-        }
-        let refused = |reason: String| LineError { line: index + 1, reason };
-        let (ns, pose, norm_error) = parse_euroc_line(line).map_err(refused)?;
-        match poses.last() {
-            Some((last_ns, _)) if ns < *last_ns => {
-                return Err(refused(format!("time goes back from {last_ns} to {ns}; use rising times")));
-            }
-            Some((last_ns, _)) if ns == *last_ns => repairs.repeated += 1,
-            _ => poses.push((ns, pose)),
-        }
-        repairs.norm_error = num::greater(repairs.norm_error, norm_error);
-    }
-    Ok((poses, repairs))
+    read_poses(text, parse_euroc_line)
 }
 
 fn parse_euroc_line(line: &str) -> Result<(u64, Pose, f64), String> {

@@ -46,22 +46,9 @@ mod tests {
     #[test]
     fn logarithms_return_through_exponentials_at_every_size() {
         let axis = DVec3::new(0.48, -0.6, 0.64);
-        let angles_rad = [
-            0.0,
-            1e-300,
-            1e-12,
-            1e-6,
-            9.9e-4,
-            1.9e-3,
-            2.1e-3,
-            9.999e-3,
-            1.0001e-2,
-            0.3,
-            2.0,
-            3.0,
-            core::f64::consts::PI - 1e-6,
-        ];
-        for angle_rad in angles_rad {
+        let near_pi = core::f64::consts::PI - 1e-6;
+        for angle_rad in [0.0, 1e-300, 1e-12, 1e-6, 9.9e-4, 1.9e-3, 2.1e-3, 9.999e-3, 1.0001e-2, 0.3, 2.0, 3.0, near_pi]
+        {
             let vector_rad = axis * angle_rad;
             let back_rad = log(exp(vector_rad));
             // Cosine and sine are within an ulp of 1: the angle is, too, at any size (relatively where it is small).

@@ -92,11 +92,9 @@ impl Spline {
                 return Err(MotionError::HalfTurn { t_s, degrees });
             }
         }
-        let (mut positions_m, mut rotations) = (Vec::new(), Vec::new());
-        for pose in [mirrored(first, second)].iter().chain(poses).chain(&[mirrored(last, before_last)]) {
-            positions_m.push(pose.translation_m);
-            rotations.push(pose.rotation);
-        }
+        let ends = [mirrored(first, second), mirrored(last, before_last)];
+        let controls = ends[..1].iter().chain(poses).chain(&ends[1..]);
+        let (positions_m, rotations) = controls.map(|pose| (pose.translation_m, pose.rotation)).unzip();
         Ok(Self { start_s, knot_s, positions_m, rotations })
     }
 
@@ -133,11 +131,6 @@ impl Spline {
     /// Where the body is. See [`Spline::state`] for errors.
     pub fn world_from_body(&self, t_s: f64) -> Result<Pose, MotionError> {
         self.state(t_s).map(|state| state.world_from_body)
-    }
-
-    /// Velocity in the world's frame. See [`Spline::state`] for errors.
-    pub fn velocity_m_per_s(&self, t_s: f64) -> Result<DVec3, MotionError> {
-        self.state(t_s).map(|state| state.velocity_m_per_s)
     }
 
     /// Acceleration in the world's frame, without gravity. See [`Spline::state`] for errors.
@@ -209,12 +202,12 @@ impl Spline {
         Ok([speed, turn])
     }
 
-    pub(super) fn interval_count(&self) -> usize {
+    fn interval_count(&self) -> usize {
         self.positions_m.len() - 3
     }
 
     /// The interval of an instant and the place within it, 0..=1.
-    pub(super) fn place(&self, t_s: f64) -> Result<(usize, f64), MotionError> {
+    fn place(&self, t_s: f64) -> Result<(usize, f64), MotionError> {
         let span = self.span();
         if !(t_s >= span.start_s && t_s <= span.end_s) {
             return Err(MotionError::OutsideSpan { t_s, start_s: span.start_s, end_s: span.end_s });

@@ -102,9 +102,7 @@ impl Ring {
         let before = std::mem::replace(&mut self.known, none);
         for (keypoint, &number) in view.keypoints.iter().zip(&numbers) {
             let place = index(u32_truncated(f64_from_u64(number)));
-            let inverse_sigma = self.tracker.params.inverse_sigma(keypoint.scale);
-            let camera = CameraIndex(0);
-            let sighting = Sighting { keyframe: id, camera, place_px: keypoint.place_px, inverse_sigma, offset_s: 0.0 };
+            let sighting = Sighting::of((id, CameraIndex(0)), keypoint, &self.tracker.params);
             let map = &mut self.tracker.map;
             let landmark = before[place].unwrap_or_else(|| {
                 let in_camera_m = truth(keyframe).inverse().point(point_m(self.seed, number)) * scale(keyframe);

@@ -4,7 +4,7 @@
 use glam::{DMat3, DVec3};
 
 use super::linear::{matrix, null_space};
-use crate::tracker::polynomial::real_roots;
+use crate::tracker::polynomial::{real_roots, value};
 
 /// A polynomial in x, y, z by exponents, each 0..=3.
 type Cubic = [[[f64; 4]; 4]; 4];
@@ -204,8 +204,4 @@ fn times(a: &[f64], b: &[f64]) -> Vec<f64> {
         }
     }
     c
-}
-
-fn value(c: &[f64], z: f64) -> f64 {
-    c.iter().rev().fold(0.0, |sum, c| sum * z + c)
 }

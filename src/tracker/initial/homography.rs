@@ -2,7 +2,8 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-use super::linear::{matrix, null_space, symmetric_eigen};
+use super::linear::{matrix, null_space, symmetric_eigen, tangents};
+use crate::num::greater;
 
 /// The homography through four pairs; `None` where three of them stand on one line.
 pub fn through(first: &[DVec3; 4], second: &[DVec3; 4]) -> Option<DMat3> {
@@ -28,7 +29,7 @@ pub fn fitted(pairs: impl Iterator<Item = (DVec3, DVec3, f64)>) -> Option<DMat3>
 
 /// Two equations of `H first` being parallel to `second`, along its tangents.
 fn rows(first: DVec3, second: DVec3) -> [[f64; 9]; 2] {
-    let (u, v) = super::linear::tangents(second);
+    let (u, v) = tangents(second);
     [u, v].map(|t| {
         let (t, f) = (t.to_array(), first.to_array());
         std::array::from_fn(|k| t[k / 3] * f[k % 3])
@@ -62,7 +63,7 @@ pub fn motions(h: &DMat3) -> Vec<(DQuat, DVec3, DVec3)> {
         return Vec::new();
     }
     // The middle value is 1; rounding may put it outside the others.
-    let (a, b) = (crate::num::greater(1.0 - low, 0.0).sqrt(), crate::num::greater(high - 1.0, 0.0).sqrt());
+    let (a, b) = (greater(1.0 - low, 0.0).sqrt(), greater(high - 1.0, 0.0).sqrt());
     let mut found = Vec::new();
     for sign in [1.0, -1.0] {
         let u = (v1 * a + v3 * (sign * b)) / gap.sqrt();

@@ -66,16 +66,11 @@ pub fn se3_log(motion: &Pose) -> Twist {
 /// `motion exp(d) motion^-1 = exp(adjoint(motion) d)`.
 pub fn se3_adjoint(motion: &Pose) -> Matrix6 {
     let rotation = DMat3::from_quat(motion.rotation);
-    blocks(rotation, skew(motion.translation_m) * rotation)
-}
-
-/// The matrix with one block twice on its diagonal and another in its upper right.
-fn blocks(diagonal: DMat3, upper_right: DMat3) -> Matrix6 {
+    let turned = skew(motion.translation_m) * rotation;
     Matrix6::from_fn(|row, column| match (row / 3, column / 3) {
-        (0, 0) => diagonal.col(column)[row],
-        (0, _) => upper_right.col(column - 3)[row],
-        (_, 0) => 0.0,
-        _ => diagonal.col(column - 3)[row - 3],
+        (0, 1) => turned.col(column - 3)[row],
+        (1, 0) => 0.0,
+        _ => rotation.col(column % 3)[row % 3],
     })
 }
 

@@ -44,12 +44,18 @@ struct System {
     side: Vec<f64>,
 }
 
-/// Derivatives of a link's residual by both poses, both velocities and what is shared; rows rotation, velocity, position.
+/// A link's residual and its derivatives by both poses, both velocities and what is shared, each with the place of its unknown; rows
+/// rotation, velocity, position.
 struct StepDerivatives {
-    blocks: Vec<(usize, SMatrix<f64, 9, 6>)>,
-    velocities: [(usize, SMatrix<f64, 9, 3>); 2],
-    shared: SMatrix<f64, 9, SHARED>,
+    columns: Vec<(usize, SMatrix<f64, 9, 1>)>,
     residual: SMatrix<f64, 9, 1>,
+}
+
+impl StepDerivatives {
+    /// Derivatives by neighbouring unknowns, of which the first has this place.
+    fn push<const C: usize>(&mut self, place: usize, by: &SMatrix<f64, 9, C>) {
+        self.columns.extend((0..C).map(|k| (place + k, by.column(k).into_owned())));
+    }
 }
 
 impl ImuFilter {
@@ -89,8 +95,7 @@ impl ImuFilter {
         // Links that meet share a velocity: each has two of its own, of which the later is the next one's earlier.
         let mut place = 6 * poses;
         for (k, &(link, from, to)) in used.iter().enumerate() {
-            let ends = (velocities[k].0, velocities[k].1);
-            let rows = self.rows(now, link, (from, to), (ends, place));
+            let rows = self.rows(now, link, (from, to), velocities[k], [place, system.n - SHARED]);
             system.add(&rows, link)?;
             place += if used.get(k + 1).is_some_and(|(next, ..)| next.from == link.to) { 3 } else { 6 };
         }
@@ -139,7 +144,8 @@ impl ImuFilter {
         now: &Knowledge,
         link: &KeyframeStep,
         (from, to): (&WindowKeyframe, &WindowKeyframe),
-        ((start, end), place): ((DVec3, DVec3), usize),
+        (start, end): (DVec3, DVec3),
+        [place, shared]: [usize; 2],
     ) -> StepDerivatives {
         let (unit, step, dt) = (now.unit, &link.step, link.step.span_s);
         let gravity = now.gravity / unit;
@@ -155,12 +161,15 @@ impl ImuFilter {
             by.fixed_columns_mut::<3>(0).scale_mut(1.0 / unit);
             by * back
         };
-        let mut blocks = Vec::new();
+        let mut derivatives =
+            StepDerivatives { columns: Vec::new(), residual: residual.fixed_rows::<9>(0).into_owned() };
         for (node, by) in [(from, &by_from), (to, &by_to)] {
             if let Some(free) = node.free {
-                blocks.push((6 * index(free), to_metres(by.fixed_view::<9, 6>(0, 0).into_owned())));
+                derivatives.push(6 * index(free), &to_metres(by.fixed_view::<9, 6>(0, 0).into_owned()));
             }
         }
+        derivatives.push(place, &by_from.fixed_view::<9, 3>(0, 6).into_owned());
+        derivatives.push(place + 3, &by_to.fixed_view::<9, 3>(0, 6).into_owned());
         let turn_back = a.rotation.conjugate();
         let mut by_shared = SMatrix::<f64, 9, SHARED>::zeros();
         by_shared.fixed_view_mut::<9, 6>(0, 0).copy_from(&by_from.fixed_view::<9, 6>(0, 9));
@@ -173,11 +182,8 @@ impl ImuFilter {
             }
             by_shared[(6 + axis, 9)] = by_unit[axis];
         }
-        let velocities = [
-            (place, by_from.fixed_view::<9, 3>(0, 6).into_owned()),
-            (place + 3, by_to.fixed_view::<9, 3>(0, 6).into_owned()),
-        ];
-        StepDerivatives { blocks, velocities, shared: by_shared, residual: residual.fixed_rows::<9>(0).into_owned() }
+        derivatives.push(shared, &by_shared);
+        derivatives
     }
 }
 
@@ -189,19 +195,10 @@ impl System {
     /// Adds a link; `None` where its covariance is singular.
     fn add(&mut self, rows: &StepDerivatives, link: &KeyframeStep) -> Option<()> {
         let weight = link.step.covariance.try_inverse()?;
-        let shared = self.n - SHARED;
-        let mut columns: Vec<(usize, SMatrix<f64, 9, 1>)> = Vec::new();
-        for (place, by) in &rows.blocks {
-            columns.extend((0..6).map(|k| (place + k, by.column(k).into_owned())));
-        }
-        for (place, by) in &rows.velocities {
-            columns.extend((0..3).map(|k| (place + k, by.column(k).into_owned())));
-        }
-        columns.extend((0..SHARED).map(|k| (shared + k, rows.shared.column(k).into_owned())));
-        for (i, by) in &columns {
+        for (i, by) in &rows.columns {
             let weighted = weight * by;
             self.side[*i] -= weighted.dot(&rows.residual);
-            for (j, other) in &columns {
+            for (j, other) in &rows.columns {
                 self.matrix[i * self.n + j] += weighted.dot(other);
             }
         }

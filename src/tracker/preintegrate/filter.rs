@@ -210,26 +210,14 @@ impl ImuFilter {
         let share = 1.0 / crate::num::f64_from_usize(near.len());
         let force = near.iter().map(|r| r.acceleration_m_per_s2).sum::<DVec3>() * share;
         let gravity = -(world_from_imu.rotation * force);
+        let (start_gravity, start_unit) = if self.is_metric { (START_GRAVITY, 0.0) } else { (10.0, START_UNIT) };
         let sigma = |k: usize| match k {
-            0..3 => 1e-3,
-            3..VELOCITY => 1e-3,
+            0..VELOCITY => 1e-3,
             VELOCITY..GYROSCOPE => START_VELOCITY,
             GYROSCOPE..ACCELEROMETER => START_GYROSCOPE,
             ACCELEROMETER..GRAVITY => START_ACCELEROMETER,
-            GRAVITY..UNIT => {
-                if self.is_metric {
-                    START_GRAVITY
-                } else {
-                    10.0
-                }
-            }
-            _ => {
-                if self.is_metric {
-                    0.0
-                } else {
-                    START_UNIT
-                }
-            }
+            GRAVITY..UNIT => start_gravity,
+            _ => start_unit,
         };
         let covariance = Covariance::from_fn(|i, j| if i == j { sigma(i) * sigma(i) } else { 0.0 });
         let state = ImuState { world_from_imu, velocity_m_per_s: DVec3::ZERO, bias: super::Bias::default() };
