@@ -204,20 +204,6 @@ pub struct Phase {
     pub end_us: f64,
 }
 
-impl Phase {
-    /// Spans by lane, in the order in which lanes first occur.
-    pub(crate) fn by_lane(phases: &[Self]) -> Vec<(&str, Vec<&Self>)> {
-        let mut lanes: Vec<(&str, Vec<&Self>)> = Vec::new();
-        for phase in phases {
-            match lanes.iter_mut().find(|(name, _)| *name == phase.lane) {
-                Some((_, spans)) => spans.push(phase),
-                None => lanes.push((&phase.lane, vec![phase])),
-            }
-        }
-        lanes
-    }
-}
-
 /// Bits that leave the sensors, all cameras of the rig together.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

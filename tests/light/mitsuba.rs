@@ -276,14 +276,13 @@ fn mitsuba_sees_the_suns_shadows_where_they_are_here() {
     assert!(figure("default", "share_beyond_20_per_cent") > 0.03, "the bake alone is as good: {found}");
 }
 
-/// A room with a table, things on it and on the floor and a shelf, under a panel in the ceiling and beside a bright window.
+/// A room with a table, things on it and on the floor and a shelf, under a panel of 0.3 m in the ceiling.
 fn table_room() -> Mesh {
     let mut mesh = Mesh::default();
     let one_sided = |name: &str, colour| Material { double_sided: false, ..Material::plain(name, colour) };
     mesh.materials.push(one_sided("wall", [0.6, 0.6, 0.55]));
     mesh.materials.push(one_sided("wood", [0.45, 0.35, 0.25]));
-    mesh.materials.push(Material { emission: [20.0; 4], ..one_sided("panel", [0.0; 3]) });
-    mesh.materials.push(Material { emission: [4.0, 5.0, 6.0, 5.0], ..one_sided("window", [0.0; 3]) });
+    mesh.materials.push(Material { emission: [30.0; 4], ..one_sided("panel", [0.0; 3]) });
     let mut put = |material: u32, [least_m, greatest_m]: [[f32; 3]; 2], is_room: bool| {
         cube(least_m, greatest_m, is_room).into_iter().for_each(|face| mesh.append_quad(material, face, [1.0, 1.0]));
     };
@@ -303,22 +302,22 @@ fn table_room() -> Mesh {
     ] {
         put(1, wooden, false);
     }
-    mesh.append_quad(2, [[-0.15, 2.48, -0.25], [0.35, 2.48, -0.25], [0.35, 2.48, 0.25], [-0.15, 2.48, 0.25]], [1.0; 2]);
-    mesh.append_quad(3, [[1.98, 0.9, -0.6], [1.98, 0.9, 0.6], [1.98, 2.1, 0.6], [1.98, 2.1, -0.6]], [1.0; 2]);
+    let panel = [[-0.05, 2.48, -0.15], [0.25, 2.48, -0.15], [0.25, 2.48, 0.15], [-0.05, 2.48, 0.15]];
+    mesh.append_quad(2, panel, [1.0; 2]);
     mesh
 }
 
-/// Wide lamps, 12 to 50 degrees as seen from what they light: shadows are sharp where things stand on one another.
+/// A lamp that is 7 to 12 degrees wide as seen from what it lights: shadows are sharp where things stand on one another.
 #[test]
 fn mitsuba_sees_the_shadows_of_wide_lamps_where_they_are_here() {
-    let pose = looking(DVec3::new(0.3, 1.5, 1.7), 0.05, 0.5);
+    let pose = looking(DVec3::new(-0.5, 0.9, 1.5), 0.4, 0.35);
     let found = judged_shadows("wide", table_room(), pose, &serde_json::json!([]));
     let figure = |name: &str, figure: &str| found[name][figure].as_f64().unwrap();
     // 1 % and 3 % are asked for. Mitsuba's own noise with 256 paths is 1 to 2 % in a square of four pixels.
     assert!((figure("full", "ratio_of_means") - 1.0).abs() < 0.01, "{found}");
     assert!(figure("full", "median_relative_error") < 0.03, "{found}");
     assert!(figure("full", "share_beyond_20_per_cent") < 0.003, "{found}");
-    assert!(figure("default", "share_beyond_20_per_cent") > 0.004, "the bake alone is as good: {found}");
+    assert!(figure("default", "share_beyond_20_per_cent") > 0.006, "the bake alone is as good: {found}");
 }
 
 /// A wavy normal map: codes of the normals of a height field, of slopes up to 0.5, whose waves are an eighth of the picture long.

@@ -156,3 +156,17 @@ fn push_band(body: &mut String, band: &RowBand, scale: &TimeScale, top_px: f64) 
          {bottom_px:.1}Z\" class=\"{class}\" opacity=\"{opacity}\"{edge}/>\n"
     );
 }
+
+impl Phase {
+    /// Spans by lane, in the order in which lanes first occur.
+    pub(crate) fn by_lane(phases: &[Self]) -> Vec<(&str, Vec<&Self>)> {
+        let mut lanes: Vec<(&str, Vec<&Self>)> = Vec::new();
+        for phase in phases {
+            match lanes.iter_mut().find(|(name, _)| *name == phase.lane) {
+                Some((_, spans)) => spans.push(phase),
+                None => lanes.push((&phase.lane, vec![phase])),
+            }
+        }
+        lanes
+    }
+}
