@@ -1,8 +1,6 @@
 //! Shadow rays: the light that a surface of the fixed scene has more, or less, than the bake gives it, beside edges of shadows and where
 //! moving objects stand in the way of a source.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 use super::objects::Objects;
 use super::view::{Aim, Traced, View};
 use crate::draw::sobol::{fifth, fourth};
@@ -112,8 +110,7 @@ fn mask(set: &[bool; LANES]) -> Mask {
 
 #[inline(always)]
 fn no_rays() -> Packet {
-    let zero = Floats::splat(0.0);
-    let one = Floats::splat(1.0);
+    let [zero, one] = [Floats::splat(0.0), Floats::splat(1.0)];
     Packet { origin_m: [zero; 3], direction: [one, zero, zero], t_min: zero, t_max: Floats::splat(-1.0) }
 }
 
@@ -146,17 +143,12 @@ impl Kernel for EdgeShadows<'_, '_> {
     fn run(self) -> [Floats; BANDS] {
         let Self { surface, mut sources, normals, stack } = self;
         let shadows = surface.shadows;
-        let mut hits = [NO_HIT; LANES];
+        let (mut hits, mut reliefs) = ([NO_HIT; LANES], [None; LANES]);
         let mut rest = surface.lanes.bits();
         while rest != 0 {
             let lane = next_lane(&mut rest);
             hits[lane] = surface.hit(lane);
-        }
-        let mut reliefs = [None; LANES];
-        if let Some(texels) = normals {
-            let mut rest = surface.lanes.bits();
-            while rest != 0 {
-                let lane = next_lane(&mut rest);
+            if let Some(texels) = normals {
                 reliefs[lane] = Some(surface.relief(lane, texels[lane]));
             }
         }
