@@ -145,7 +145,7 @@ pub fn check_shared(shared: &CommonOptions, writes: bool) -> Result<(), Error> {
         }
     }
     let Some(out) = shared.out.as_ref().filter(|_| !writes) else { return Ok(()) };
-    let reason = "this verb writes no files of its own; redirect its output, as in > FILE";
+    let reason = "this verb writes no files; redirect its output, as in > FILE";
     Err(Error::key("--out", out.display(), reason))
 }
 

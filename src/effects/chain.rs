@@ -201,7 +201,7 @@ impl Chain {
         (shot, left_e)
     }
 
-    /// The same without converters, for what lies before them.
+    /// The same without converters, for the stages before them.
     fn unconverted_shot<'a>(
         &'a self,
         photons: &'a Plane<f32>,
