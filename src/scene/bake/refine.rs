@@ -17,6 +17,7 @@ use super::cells::{GridCell, NODES, Nodes};
 use super::clearance::{FlatBox, is_anything_near};
 use super::fan::GROUPS;
 use super::gathered::Gathered;
+use super::rays::Burial;
 use super::settings::BakeSettings;
 use super::sources::{Source, SourceLight};
 use crate::num::{f32_nearest, f64_from_usize, index, u32_from};
@@ -57,7 +58,7 @@ pub struct TracedSamples {
     /// The traced samples.
     pub gathered: Vec<Gathered>,
     /// Whether a place lies within something closed.
-    pub buried: Vec<bool>,
+    pub burial: Vec<Burial>,
     /// The sources that are told apart.
     pub sources: Vec<Source>,
     stencils: Vec<Stencil>,
@@ -174,7 +175,7 @@ impl<'a> WaveRefinement<'a> {
             scene,
             probes: aims[1].thinned(),
             traced: TracedSamples {
-                buried: vec![false; 2 * samples],
+                burial: vec![Burial::Open; 2 * samples],
                 sources: aims[1].sources.clone(),
                 ..TracedSamples::default()
             },
@@ -243,7 +244,7 @@ impl<'a> WaveRefinement<'a> {
             chunk
         });
         for chunk in &new {
-            chunk.put(&chunk.buried, &mut self.traced.buried);
+            chunk.put(&chunk.burial, &mut self.traced.burial);
             chunk.samples.iter().for_each(|&sample| self.is_traced[index(sample)] = true);
         }
         let first = self.traced.gathered.len();
@@ -333,7 +334,7 @@ impl<'a> WaveRefinement<'a> {
 
     fn is_smooth_on(&self, cell: &GridCell, nodes: &Nodes, side: usize) -> bool {
         let places = || nodes.samples().iter().map(|&sample| 2 * index(sample) + side);
-        if places().any(|place| self.traced.buried[place]) {
+        if places().any(|place| self.traced.burial[place] == Burial::Buried) {
             return false;
         }
         let is_dark = |place: usize| (0..self.groups).all(|group| self.light[group][place] == [0.0; BANDS]);
@@ -482,7 +483,8 @@ mod tests {
         let all = Gathered::of(&scene, &Aims::of(&scene, &settings), true, &samples);
         let (mut squares, mut worst, mut lit) = (0.0, 0.0_f64, 0);
         for (place, (light, expected)) in light.iter().zip(&all.direct[0]).enumerate() {
-            assert_eq!(traced.buried[place], all.buried[place], "place {place}");
+            let is_buried = |burial: &[Burial]| burial[place] == Burial::Buried;
+            assert_eq!(is_buried(&traced.burial), is_buried(&all.burial), "place {place}");
             if expected[1] > 0.0 {
                 let error = f64::from(light[1] / expected[1] - 1.0);
                 (squares, lit) = (squares + error * error, lit + 1);
