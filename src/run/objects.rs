@@ -13,7 +13,7 @@ use crate::pose::Pose;
 use crate::scene::Scene;
 use crate::scene::file_units::{FileUnits, UpAxis};
 use crate::scene::motion::Motion;
-use crate::scene::object::{MovingObject, OBJECTS_MAX, ObjectMotion};
+use crate::scene::object::{MovingObject, OBJECTS_MAX, ObjectMotion, UnlitObject};
 use crate::scene::{LitScene, MovingScene};
 use crate::units::Span;
 
@@ -109,23 +109,21 @@ pub fn lit_objects(
     if count > 0 {
         notes.push(
             match fixed.shadows() {
-                Some(_) => {
-                    "moving objects shade what stands, but neither themselves nor each other, and send no light back"
-                }
-                None => "moving objects cast no shadow and send no light back",
+                Some(_) => "moving objects shade what stands, themselves and each other, and send it no light back",
+                None => "moving objects shade only themselves and each other, and send no light back",
             }
             .to_owned(),
         );
     }
-    let mut lit = Vec::with_capacity(count);
+    let mut unlit = Vec::with_capacity(count);
     for (number, PlacedObject { name, parts, motion, looks_ahead, notes: own }) in all.into_iter().enumerate() {
         notes.extend(own);
         let key = format!("scene.object.{}.motion.start_s", number.saturating_sub(first));
         for MovingScene { chain, shape, .. } in parts {
             let motion = ObjectMotion { motion: motion.clone(), looks_ahead, chain };
-            let part = MovingObject::new((&name, u32_from(number + 1)), shape, motion, fixed, run);
-            lit.push(part.map_err(|error| error.at_key(&key, 0.0))?);
+            let part = UnlitObject::new((&name, u32_from(number + 1)), shape, motion, run);
+            unlit.push(part.map_err(|error| error.at_key(&key, 0.0))?);
         }
     }
-    Ok(lit)
+    Ok(UnlitObject::lit(unlit, fixed, run))
 }

@@ -3,9 +3,10 @@
 use glam::{DQuat, DVec3};
 
 use super::animation::{ChainLimits, JointChain};
+use super::bake::blockers::Blocker;
 use super::geometry::Scene;
 use super::light::BANDS;
-use super::lit::{ExitanceBounds, LitScene, ObjectLight};
+use super::lit::{ExitanceBounds, LightSteps, LitScene, ObjectLight};
 use super::motion::{Motion, MotionError};
 use super::views::SceneBox;
 use crate::num::{greater, index, lesser, u32_truncated};
@@ -146,25 +147,56 @@ impl<'a> Shapes<'a> {
     }
 }
 
-impl MovingObject {
-    /// Lets a shape move through a scene for a run, which the motion must cover. Finds its light along the path. Fails on a motion that
-    /// ends before the run.
+/// An object before its light is known.
+pub struct UnlitObject {
+    name: String,
+    instance: u32,
+    shape: Scene,
+    motion: ObjectMotion,
+    ball_m: (DVec3, f64),
+    balls_m: Vec<(DVec3, f64)>,
+}
+
+impl UnlitObject {
+    /// Of a shape and its motion, which must cover the run; with its name and the number of the object that it is a part of, from 1. Fails
+    /// on a motion that ends before the run.
     pub fn new(
         (name, instance): (&str, u32),
         shape: Scene,
         motion: ObjectMotion,
-        fixed: &LitScene,
         run: Span,
     ) -> Result<Self, MotionError> {
         motion.motion.covers(run)?;
         let extent = SceneBox::of(&shape);
         let ball_m = (0.5 * (extent.least_m + extent.greatest_m), 0.5 * extent.size_m().length());
-        let balls_m = covering_balls_m(&extent);
-        let light = ObjectLight::of(shape, fixed, (&|t_s| motion.world_from_object(t_s), motion.is_still()), run);
-        let limits = motion.chain.limits(ball_m.0.length() + ball_m.1);
-        Ok(Self { name: name.to_owned(), instance, motion, light, ball_m, balls_m, limits })
+        Ok(Self { name: name.to_owned(), instance, shape, motion, ball_m, balls_m: covering_balls_m(&extent) })
     }
 
+    /// Where it is in the way of light.
+    fn blocker(&self, t_s: f64) -> Blocker<'_> {
+        Blocker::new(&self.shape, self.ball_m, &self.motion.world_from_object(t_s))
+    }
+
+    /// Lets objects move through a scene for a run, and finds their light among each other on the way.
+    pub fn lit(objects: Vec<Self>, fixed: &LitScene, run: Span) -> Vec<MovingObject> {
+        let are_still = objects.iter().all(|object| object.motion.is_still());
+        let blockers = |t_s: f64| objects.iter().map(|object| object.blocker(t_s)).collect::<Vec<Blocker>>();
+        let steps_of = |object: &Self| {
+            let path = |t_s: f64| object.motion.world_from_object(t_s);
+            LightSteps::of(&object.shape, fixed, &path, &blockers, (run, are_still))
+        };
+        let steps: Vec<LightSteps> = objects.iter().map(steps_of).collect();
+        let lit = |(object, steps): (Self, LightSteps)| {
+            let Self { name, instance, shape, motion, ball_m, balls_m } = object;
+            let limits = motion.chain.limits(ball_m.0.length() + ball_m.1);
+            let light = ObjectLight::of(shape, fixed, steps);
+            MovingObject { name, instance, motion, light, ball_m, balls_m, limits }
+        };
+        objects.into_iter().zip(steps).map(lit).collect()
+    }
+}
+
+impl MovingObject {
     /// Where the shape's frame is at a time of the run. Panics outside it.
     pub fn world_from_object(&self, t_s: f64) -> Pose {
         self.motion.world_from_object(t_s)

@@ -249,7 +249,7 @@ mod tests {
             for step in -15..=15 {
                 let radii = f64::from(step) / 10.0;
                 let at_m = [f32_nearest(radii * half_width_m), 0.0, 0.0];
-                let light = aimed_light(&scene, at_m, [0.0, 1.0, 0.0], 1, &aims)[0].all[0][0];
+                let light = aimed_light(&scene, (at_m, [0.0, 1.0, 0.0], 1), &aims, &[])[0].all[0][0];
                 let expected = seen_share(radii);
                 assert!((light - expected).abs() < bound, "{points} points, {radii} radii: {light}, disc {expected}");
                 tried += 1;

@@ -21,8 +21,10 @@ const GIVEN_UP_FRAMES: u64 = 15;
 const YOUNG_KEYFRAMES: usize = 6;
 const YOUNG_FRAMES: u64 = 30;
 
-/// Maximum number of consecutive frames with an uncertain position; the next one counts as lost.
+/// Maximum number of consecutive frames with an uncertain position; the next one counts as lost, unless this many times the required
+/// number of landmarks agree on it: something close that has most of the corners makes a position uncertain, not wrong.
 const WEAK_FRAMES_MAX: u32 = 3;
+const SUPPORTED_FACTOR: u32 = 4;
 
 impl Tracker {
     /// Locates a frame near where the IMU or the motion `before` it predicts it, else by descriptors; makes it a keyframe where one is due.
@@ -46,8 +48,10 @@ impl Tracker {
         });
         let imu_is_sure = imu_prediction.is_some_and(|imu_prediction| self.is_sure(&imu_prediction));
         let judged = found.map(|(located, status)| (self.judge(&located, imu_is_sure), located, status));
-        let Some((is_sound, located, status)) = judged.filter(|(is_sound, _, status)| {
-            *is_sound || (*status == Status::Tracked && self.weak_frames < WEAK_FRAMES_MAX)
+        let supported = SUPPORTED_FACTOR * self.params.inliers_min;
+        let Some((is_sound, located, status)) = judged.filter(|(is_sound, located, status)| {
+            let is_supported = crate::num::u32_from(located.inliers.len()) >= supported;
+            *is_sound || (*status == Status::Tracked && (self.weak_frames < WEAK_FRAMES_MAX || is_supported))
         }) else {
             let answer = TrackedFrame { predicted_position_m, ..unlocated(t_s, Status::Lost, work) };
             return (self.lose(history), answer);

@@ -92,3 +92,65 @@ fn a_shadow_is_where_its_object_is_at_the_time_of_each_row() {
     println!("{differ:?}");
     assert!(differ[0] < 0.1 * differ[1], "{differ:?}");
 }
+
+/// Boards that face up, each by its least and greatest corner and its height, in metres.
+fn boards(boards: &[([f32; 2], [f32; 2], f32)], reflectance: f32) -> Scene {
+    let mut mesh = Mesh::default();
+    mesh.materials.push(Material::plain("board", [reflectance; 3]));
+    for &([x0, z0], [x1, z1], y) in boards {
+        mesh.append_quad(0, [[x0, y, z1], [x1, y, z1], [x1, y, z0], [x0, y, z0]], [1.0; 2]);
+    }
+    Scene::new("boards", mesh, SKY).unwrap()
+}
+
+/// Lets shapes stand in a scene together.
+fn standing(shapes: Vec<Scene>, fixed: &LitScene) -> Vec<MovingObject> {
+    let motion =
+        || ObjectMotion { motion: Motion::Still(Pose::IDENTITY), looks_ahead: false, chain: JointChain::default() };
+    let unlit = |shape| UnlitObject::new(("standing", 1), shape, motion(), RUN).unwrap();
+    UnlitObject::lit(shapes.into_iter().map(unlit).collect(), fixed, RUN)
+}
+
+/// Light that leaves the first board's upper side at a point of one of its triangles, in the green band.
+fn from_above(object: &MovingObject, triangle: u32, weights: [f32; 2]) -> f64 {
+    f64::from(object.lit_at(0.0).exitance_lux(triangle, weights, [0.0, -1.0, 0.0], &Footprint::POINT, 1.0)[1])
+}
+
+#[test]
+fn objects_hide_the_sky_from_themselves_and_from_each_other() {
+    const REFLECTANCE: f32 = 0.5;
+    let fixed = nothing();
+    let low = ([-0.6; 2], [0.6; 2], 0.0);
+    let lid = ([-0.4; 2], [0.4; 2], 0.4);
+    let middle = [0.0, 0.5];
+    let open = from_above(&standing(vec![boards(&[low], REFLECTANCE)], &fixed)[0], 0, middle);
+    let two = standing(vec![boards(&[low], REFLECTANCE), boards(&[lid], REFLECTANCE)], &fixed);
+    let one = standing(vec![boards(&[low, lid], REFLECTANCE)], &fixed);
+    // View factor of a square from below its middle, as far away as half its edge: 4 / pi times atan(1 / sqrt(2)) / sqrt(2).
+    let hidden = 4.0 / std::f64::consts::PI * libm::atan(0.5_f64.sqrt()) * 0.5_f64.sqrt();
+    let expected = (1.0 - hidden) / (1.0 - hidden * f64::from(REFLECTANCE));
+    for (of, objects) in [("each other", two), ("itself", one)] {
+        let found = from_above(&objects[0], 0, middle) / open;
+        // The edge of the lid cuts strata of 256 rays: by two of them or so.
+        assert!((found / expected - 1.0).abs() < 0.02, "{of}: {found}, expected {expected}");
+    }
+}
+
+#[test]
+fn an_object_is_shaded_by_another_as_by_what_stands() {
+    let dark = || boards(&[([-0.5; 2], [0.5; 2], 0.6)], 0.001);
+    let (without, with) = (room(None), room(Some(&bar())));
+    let of_object = standing(vec![dark(), Scene::new("bar", bar(), SKY).unwrap()], &without);
+    let [lit, of_scene] = [&without, &with].map(|fixed| standing(vec![dark()], fixed));
+    let mut shaded = 0;
+    let places = (1..16_u8).flat_map(|u| (1..16 - u).map(move |v| (u, v)));
+    for (triangle, (u, v)) in places.flat_map(|place| [(0, place), (1, place)]) {
+        let weights = [u, v].map(|at| f32::from(at) / 16.0);
+        let [lit, of_scene, of_object] =
+            [&lit, &of_scene, &of_object].map(|objects| from_above(&objects[0], triangle, weights));
+        // The same rays; the tree of a turned object rounds otherwise.
+        assert!((of_object - of_scene).abs() < 0.002 * lit, "{u} {v}: {of_object} for {of_scene}, {lit} without");
+        shaded += u32::from(of_scene < 0.8 * lit);
+    }
+    assert!(shaded > 10, "{shaded}");
+}

@@ -8,6 +8,7 @@ use super::super::lanes::LANES;
 use super::super::light::{BANDS, luminance};
 use super::super::tracer::{Packet, Stack, blocked_through};
 use super::super::vectors::{dot, sub};
+use super::blockers::{Blocker, nearest};
 use super::fan::{ByGroup, GROUPS, LIFT_M, STEADY, fan, idle, set_ray};
 use super::settings::BakeSettings;
 use super::sources::{SOURCES_MAX, Source, SourceLight, sources};
@@ -89,6 +90,7 @@ impl Aims {
 /// Rays towards sources that wait until a packet is full.
 struct ShadowRays<'a> {
     scene: &'a Scene,
+    blockers: &'a [Blocker<'a>],
     stack: Stack,
     packet: Packet,
     /// Side, group, light and source of each.
@@ -129,7 +131,8 @@ impl ShadowRays<'_> {
 
     fn flush(&mut self) {
         let shadowed = blocked_through(&self.scene.bvh, &self.scene.mesh, &self.packet, &mut self.stack);
-        for lane in (0..self.lanes).filter(|&lane| !shadowed[lane]) {
+        let (nearest, t_max) = (nearest(self.blockers, &self.packet, &mut self.stack), self.packet.t_max);
+        for lane in (0..self.lanes).filter(|&lane| !shadowed[lane] && nearest.0[lane] >= t_max.0[lane]) {
             let (side, group, sent, source) = self.waiting[lane];
             for band in 0..BANDS {
                 self.light[side].all[group][band] += sent[band];
@@ -211,11 +214,17 @@ fn each_aimed(scene: &Scene, place: ([f32; 3], [f32; 3], usize), aims: &Aims, mu
     }
 }
 
-/// Light that lamps and bright directions send straight to the first or to both sides of a place.
-pub fn aimed_light(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], sides: usize, aims: &Aims) -> [AimedLight; 2] {
+/// Light that lamps and bright directions send straight to the first or to both sides of a place, past moving objects.
+pub fn aimed_light(
+    scene: &Scene,
+    place: ([f32; 3], [f32; 3], usize),
+    aims: &Aims,
+    blockers: &[Blocker],
+) -> [AimedLight; 2] {
     let (stack, waiting) = (Stack::new(), [(0, 0, [0.0; BANDS], None); LANES]);
-    let mut shadows = ShadowRays { scene, stack, packet: idle(), waiting, lanes: 0, light: [AimedLight::NONE; 2] };
-    each_aimed(scene, (at_m, normal, sides), aims, |number, aimed| {
+    let light = [AimedLight::NONE; 2];
+    let mut shadows = ShadowRays { scene, blockers, stack, packet: idle(), waiting, lanes: 0, light };
+    each_aimed(scene, place, aims, |number, aimed| {
         let source = aims.sources.iter().position(|source| source.holds(number));
         shadows.push(&aimed, source);
     });

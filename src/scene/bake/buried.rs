@@ -6,7 +6,7 @@
 
 use super::super::geometry::Scene;
 use super::super::light::luminance;
-use super::super::samples::ShadeTriangle;
+use super::super::samples::{Layout, ShadeTriangle};
 use super::super::tracer::{Stack, blocked_through};
 use super::super::vectors::sub;
 use super::fan::{GROUPS, LIFT_M, idle, set_ray};
@@ -20,7 +20,7 @@ const LIGHT_SHARE_MAX: f64 = 0.75;
 /// What stands this near to a place, in distances to its neighbour, stands right there.
 const AT_PLACE: f32 = 1.0 / 64.0;
 
-/// Pairs of a hidden place and its neighbour in the open. A place is twice a sample plus its side.
+/// Pairs of each hidden place and a neighbour in the open. A place is twice a sample plus its side.
 pub fn stand_ins(scene: &Scene, traced: &TracedSamples) -> Vec<(u32, u32)> {
     let burial = &traced.burial;
     let mut lux = vec![0.0; burial.len()];
@@ -28,8 +28,7 @@ pub fn stand_ins(scene: &Scene, traced: &TracedSamples) -> Vec<(u32, u32)> {
         let direct = traced.direct(group, burial.len());
         lux.iter_mut().zip(&direct).for_each(|(lux, light)| *lux += luminance(light.map(f64::from)));
     }
-    let mut found: Vec<Option<u32>> = vec![None; burial.len()];
-    let mut is_seen = vec![false; burial.len()];
+    let (mut is_walled_off, mut is_seen) = (vec![false; burial.len()], vec![false; burial.len()]);
     let mut stack = Stack::new();
     for triangle in &scene.layout.triangles {
         cells(triangle, |corners| {
@@ -39,25 +38,41 @@ pub fn stand_ins(scene: &Scene, traced: &TracedSamples) -> Vec<(u32, u32)> {
                 let of_shells = || are(Burial::Within).chain(are(Burial::Beside));
                 for (open, place) in are(Burial::Open).flat_map(|open| of_shells().map(move |place| (open, place))) {
                     let is_darker = lux[place] <= LIGHT_SHARE_MAX * lux[open];
-                    if is_darker && is_walled_off(scene, [open, place], burial[place] == Burial::Beside, &mut stack) {
-                        found[place].get_or_insert(u32_from(open));
+                    let is_beside = burial[place] == Burial::Beside;
+                    if is_darker && is_between(scene, [open, place], is_beside, &mut stack) {
+                        is_walled_off[place] = true;
                     } else {
                         is_seen[place] = true;
                     }
                 }
-                let Some(open) = are(Burial::Open).chain(of_shells()).next() else { continue };
-                // The first cell in the order of the triangles decides.
-                are(Burial::Buried).for_each(|place| _ = found[place].get_or_insert(u32_from(open)));
             }
         });
     }
-    let pairs = found.into_iter().zip(is_seen).enumerate();
-    pairs.filter_map(|(place, (open, is_seen))| Some((u32_from(place), open.filter(|_| !is_seen)?))).collect()
+    let is_hidden = |place: usize| burial[place] == Burial::Buried || is_walled_off[place] && !is_seen[place];
+    open_neighbours(&scene.layout, is_hidden)
+}
+
+/// Pairs of a hidden place and a neighbour that is not. The first cell in the order of the triangles decides.
+pub fn open_neighbours(layout: &Layout, is_hidden: impl Fn(usize) -> bool) -> Vec<(u32, u32)> {
+    let mut found: Vec<Option<u32>> = vec![None; 2 * layout.samples.len()];
+    for triangle in &layout.triangles {
+        cells(triangle, |corners| {
+            for side in 0..2 {
+                let places = corners.map(|sample| 2 * sample + side);
+                let Some(open) = places.into_iter().find(|&place| !is_hidden(place)) else { continue };
+                for place in places.into_iter().filter(|&place| is_hidden(place)) {
+                    found[place].get_or_insert(u32_from(open));
+                }
+            }
+        });
+    }
+    let pairs = found.into_iter().enumerate();
+    pairs.filter_map(|(place, open)| Some((u32_from(place), open?))).collect()
 }
 
 /// Whether something stands on the surface, or hangs closely above it, between two places on one side of it: only right at the second one,
 /// or anywhere up to it.
-fn is_walled_off(scene: &Scene, places: [usize; 2], only_there: bool, stack: &mut Stack) -> bool {
+fn is_between(scene: &Scene, places: [usize; 2], only_there: bool, stack: &mut Stack) -> bool {
     let mut packet = idle();
     let ends = [1.0 + AT_PLACE, if only_there { 1.0 - AT_PLACE } else { -1.0 }];
     for (lane, (lift_m, t_max)) in

@@ -6,7 +6,8 @@ use super::super::geometry::Scene;
 use super::super::light::{BANDS, Bands};
 use super::aims::Aims;
 use super::fan::GROUPS;
-use super::rays::{Burial, Mirrored, SideLight, gather};
+pub use super::rays::Burial;
+use super::rays::{Mirrored, SideLight, gather};
 use crate::num::{f32_nearest, f64_from_usize, greater, index, u32_from};
 
 /// Of some samples. Lists of all sides lie one behind another, because separate lists would take more memory than their entries.

@@ -7,9 +7,10 @@ use super::super::geometry::Scene;
 use super::super::lanes::LANES;
 use super::super::light::{BANDS, Bands};
 use super::super::mesh::Material;
-use super::super::tracer::{Hits, MISS, Stack, closest_through};
+use super::super::tracer::{Hits, MISS, Packet, Stack, closest_through};
 use super::super::vectors::{dot, unit};
 use super::aims::{AimedLight, Aims, aimed_light};
+use super::blockers::{Blocker, nearest};
 use super::fan::FLICKERING;
 pub use super::fan::{ByGroup, GROUPS, LIFT_M, STEADY, idle, set_ray};
 use super::sources::{SOURCES_MAX, SourceLight};
@@ -76,7 +77,7 @@ impl Mirrored {
 /// Traces all rays of a sample. The back of a one-sided surface is not traced.
 pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [SideLight; 2] {
     let sample = &scene.layout.samples[number];
-    let aimed = aimed_light(scene, sample.position_m, sample.normal, sample.sides(), aims);
+    let aimed = aimed_light(scene, (sample.position_m, sample.normal, sample.sides()), aims, &[]);
     let mut side = 0;
     aimed.map(|AimedLight { all: mut direct, by_source }| {
         let is_lit = side < sample.sides();
@@ -85,7 +86,7 @@ pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [SideLight; 2] {
         if !is_lit {
             return SideLight { direct, by_source, bounced: Bounced::default(), is_lit, burial: Burial::Open };
         }
-        let bounced = bounce_rays(scene, sample.position_m, normal, &aims.fan);
+        let bounced = bounce_rays(scene, (sample.position_m, normal), &aims.fan, &[]);
         for group in 0..GROUPS {
             for band in 0..BANDS {
                 direct[group][band] += bounced.seen[group][band];
@@ -115,6 +116,8 @@ pub struct Bounced {
     pub within: usize,
     /// Rays that met a black sky.
     pub unlit: usize,
+    /// Rays that met a moving object.
+    pub blocked: usize,
 }
 
 impl Bounced {
@@ -141,8 +144,13 @@ struct Path {
     weight: Bands,
 }
 
-/// Cosine-weighted rays of one side along the directions of a fan.
-pub fn bounce_rays(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], fan: &[[f32; 3]]) -> Bounced {
+/// Cosine-weighted rays of one side of a place along the directions of a fan.
+pub fn bounce_rays(
+    scene: &Scene,
+    (at_m, normal): ([f32; 3], [f32; 3]),
+    fan: &[[f32; 3]],
+    blockers: &[Blocker],
+) -> Bounced {
     let origin: [f32; 3] = [0, 1, 2].map(|axis| at_m[axis] + normal[axis] * LIFT_M);
     let sides = frame(normal);
     let mut bounced = Bounced { met: Vec::with_capacity(fan.len()), ..Bounced::default() };
@@ -153,7 +161,12 @@ pub fn bounce_rays(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], fan: &[[f32;
             set_ray(&mut packet, lane, origin, turned(local, &sides, normal), f32::MAX);
         }
         let hits = closest_through(&scene.bvh, &scene.mesh, &packet, &mut stack);
+        let nearest = nearest(blockers, &Packet { t_max: hits.t, ..packet }, &mut stack);
         for lane in 0..LANES {
+            if nearest.0[lane] < hits.t.0[lane] {
+                bounced.blocked += 1;
+                continue;
+            }
             let direction = [0, 1, 2].map(|axis| packet.direction[axis].0[lane]);
             let end = scene.end_of(&hits, lane, direction);
             let glow = if end.is_aimed { [0.0; BANDS] } else { end.light };

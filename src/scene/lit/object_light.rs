@@ -1,7 +1,9 @@
 //! Light that reaches an object where it moves: found at places along its path, and mixed in between.
 //!
-//! The object receives direct light with the fixed scene's shadows and the light that the fixed scene's surfaces send back. It shades the
-//! fixed scene (`optics/render/shadows`), but neither itself nor other objects, and sends no light back.
+//! The object receives direct light with the shadows of the fixed scene, of all objects and of itself, and the light that the fixed
+//! scene's surfaces send back. Objects in the way of that are taken to be as bright as the place that they hide it from: where they hide a
+//! share f of the light from all around, a surface of albedo a has 1 / (1 - f a) times what comes past them. They send no light to the
+//! fixed scene, which they shade in the render (`optics/render/shadows`).
 
 #![allow(clippy::needless_range_loop, reason = "bands and groups of several arrays run in step")]
 
@@ -10,6 +12,8 @@ use std::sync::OnceLock;
 
 use super::super::bake::Bake;
 use super::super::bake::aims::Aims;
+use super::super::bake::blockers::Blocker;
+use super::super::bake::buried::{fill, open_neighbours};
 use super::super::geometry::Scene;
 use super::super::light::{BANDS, Bands};
 use super::data::{ExitanceBounds, LitScene};
@@ -26,6 +30,8 @@ const RAYS: usize = 256;
 const STEP_S: f64 = 0.1;
 /// Places at most; the step doubles until no more are needed.
 const STEPS_MAX: f64 = 256.0;
+/// A place from which objects hide more than this share of all directions, by their cosine, lies within one of them.
+const HIDDEN_MIN: f64 = 0.875;
 
 /// An object's shape and its irradiance at equal steps of time.
 #[derive(Clone, Debug)]
@@ -34,23 +40,27 @@ pub struct ObjectLight {
     shape: LitScene,
     start_s: f64,
     step_s: f64,
-    /// Steady and flickering lux-equivalents of each side of each sample, at each step.
     steps: Vec<[Vec<Bands>; 2]>,
     bounds: ExitanceBounds,
 }
 
-impl ObjectLight {
-    /// Finds the light of an object on its way through a scene; at one place only where it `is_still`.
-    pub fn of(
-        shape: Scene,
+/// The light of an object on its way.
+pub struct LightSteps {
+    start_s: f64,
+    step_s: f64,
+    /// Steady and flickering lux-equivalents of each side of each sample, at each step.
+    steps: Vec<[Vec<Bands>; 2]>,
+}
+
+impl LightSteps {
+    /// Of a shape on its path through a scene among blockers, itself one of them; of one instant only where all `is_still`.
+    pub fn of<'a>(
+        shape: &Scene,
         fixed: &LitScene,
-        (world_from_object, is_still): (&(dyn Fn(f64) -> Pose + Sync), bool),
-        run: Span,
+        world_from_object: &dyn Fn(f64) -> Pose,
+        blockers: &dyn Fn(f64) -> Vec<Blocker<'a>>,
+        (run, is_still): (Span, bool),
     ) -> Self {
-        let dark = Bake::even(&shape, 0.0);
-        let lux_per_unit = fixed.lux_per_radiance / std::f64::consts::PI;
-        let mut shape = LitScene::scaled(shape, &dark, lux_per_unit, fixed.illuminant);
-        (shape.flicker, shape.shadows) = (fixed.flicker, None);
         let mut step_s = STEP_S;
         while run.length_s() > STEPS_MAX * step_s {
             step_s *= 2.0;
@@ -60,9 +70,20 @@ impl ObjectLight {
         let count = if is_still { 1 } else { 1 + index(u32_truncated(((run.end_s - start_s) / step_s).ceil())) };
         let at_s = |step: usize| (start_s + step_s * f64_from_usize(step)).clamp(run.start_s, run.end_s);
         let aims = Aims::new(&fixed.scene, LAMP_RAYS, RAYS);
-        let steps = (0..count).map(|step| irradiance(&shape, fixed, &aims, &world_from_object(at_s(step)))).collect();
+        let at = |t_s: f64| irradiance(shape, fixed, &aims, &world_from_object(t_s), &blockers(t_s));
+        Self { start_s, step_s, steps: (0..count).map(|step| at(at_s(step))).collect() }
+    }
+}
+
+impl ObjectLight {
+    /// Of a shape whose light is found. The fixed scene gives its units.
+    pub fn of(shape: Scene, fixed: &LitScene, LightSteps { start_s, step_s, steps }: LightSteps) -> Self {
+        let dark = Bake::even(&shape, 0.0);
+        let lux_per_unit = fixed.lux_per_radiance / std::f64::consts::PI;
+        let mut shape = LitScene::scaled(shape, &dark, lux_per_unit, fixed.illuminant);
+        (shape.flicker, shape.shadows) = (fixed.flicker, None);
         let mut light = Self { bounds: shape.exitance_bounds(), shape, start_s, step_s, steps };
-        for step in 0..count {
+        for step in 0..light.steps.len() {
             light.bounds = light.bounds.and(&light.mixed(step, step, 0.0).exitance_bounds());
         }
         light
@@ -107,25 +128,44 @@ impl ObjectLight {
 }
 
 /// Irradiance of both sides of all samples, where the object stands at a pose; the second list is empty where nothing flickers.
-fn irradiance(shape: &LitScene, fixed: &LitScene, aims: &Aims, world_from_object: &Pose) -> [Vec<Bands>; 2] {
+fn irradiance(
+    shape: &Scene,
+    fixed: &LitScene,
+    aims: &Aims,
+    world_from_object: &Pose,
+    blockers: &[Blocker],
+) -> [Vec<Bands>; 2] {
     let baked = [fixed.irradiance_lux.as_slice(), fixed.flickering_lux.as_slice()];
     let per_unit = fixed.lux_per_radiance / std::f64::consts::PI;
     let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
     let narrow = |v: DVec3| v.to_array().map(f32_nearest);
-    let samples = &shape.scene.layout.samples;
-    let of_side = |place: usize| {
+    let samples = &shape.layout.samples;
+    let of_side = |place: usize, blockers: &[Blocker]| {
         let sample = &samples[place / 2];
         let side = place % 2;
         if side == 1 && !sample.double_sided {
-            return [[0.0; BANDS]; 2];
+            return ([[0.0; BANDS]; 2], false);
         }
         let normal = world_from_object.direction(wide(sample.normal)) * if side == 0 { 1.0 } else { -1.0 };
         let at_m = world_from_object.point(wide(sample.position_m));
-        let found = fixed.scene.irradiance_at((narrow(at_m), narrow(normal)), aims, baked, per_unit);
-        found.map(|light| light.map(f32_nearest))
+        let at = (narrow(at_m), narrow(normal));
+        let (found, hidden) = fixed.scene.irradiance_at(at, aims, baked, per_unit, blockers);
+        let of = |light: f64, albedo: f32| f32_nearest(light / (1.0 - hidden * f64::from(albedo)));
+        let lux = found.map(|light| std::array::from_fn(|band| of(light[band], sample.albedo[band])));
+        (lux, hidden > HIDDEN_MIN)
     };
-    let found = collected(2 * samples.len(), of_side);
-    let flickering = if fixed.flicker.is_some() { found.iter().map(|light| light[1]).collect() } else { Vec::new() };
-    let steady = found.iter().map(|light| light[0]).collect();
+    let mut found = collected(2 * samples.len(), |place| of_side(place, blockers));
+    // What lies within another part takes the light of its neighbour; without one, as of a neck whose corners are all in head and trunk,
+    // that of the part by itself.
+    let mut is_hidden: Vec<bool> = found.iter().map(|&(_, is_hidden)| is_hidden).collect();
+    let neighbours = open_neighbours(&shape.layout, |place| is_hidden[place]);
+    fill(&mut found, &neighbours);
+    neighbours.iter().for_each(|&(place, _)| is_hidden[index(place)] = false);
+    let alone: Vec<usize> = (0..found.len()).filter(|&place| is_hidden[place]).collect();
+    let light = collected(alone.len(), |number| of_side(alone[number], &[]));
+    alone.iter().zip(light).for_each(|(&place, light)| found[place] = light);
+    let flickering =
+        if fixed.flicker.is_some() { found.iter().map(|(light, _)| light[1]).collect() } else { Vec::new() };
+    let steady = found.iter().map(|(light, _)| light[0]).collect();
     [steady, flickering]
 }
