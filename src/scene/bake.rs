@@ -163,7 +163,7 @@ impl Bake {
     pub(super) fn of(scene: &Scene, settings: &BakeSettings, key: [u8; 32], progress: &(dyn Fn(f64) + Sync)) -> Self {
         progress(0.0);
         let traced = TracedSamples::of(scene, settings, &|share| progress(0.95 * share));
-        let stand_ins = buried::stand_ins(scene, &traced);
+        let stand_ins = buried::stand_ins(&scene.layout, |place| traced.buried[place]);
         let irradiance = settled(scene, &traced, &stand_ins, 0);
         let flickering = if scene.flickering.is_empty() { Vec::new() } else { settled(scene, &traced, &stand_ins, 1) };
         let mut by_source = traced.by_source(irradiance.len());

@@ -6,7 +6,6 @@ use super::super::geometry::Scene;
 use super::super::light::{BANDS, Bands};
 use super::aims::Aims;
 use super::fan::GROUPS;
-pub use super::rays::Burial;
 use super::rays::{Mirrored, SideLight, gather};
 use crate::num::{f32_nearest, f64_from_usize, greater, index, u32_from};
 
@@ -22,7 +21,7 @@ pub struct Gathered {
     /// Sum over the random rays of the light that each brought, and the sum of squares.
     by_chance: [Vec<[Bands; 2]>; GROUPS],
     /// Whether a side lies within something closed, as a floor does under a box that stands on it.
-    pub burial: Vec<Burial>,
+    pub buried: Vec<bool>,
     /// Twice the sample met plus its side for every ray that met one and goes no further.
     met: Vec<u32>,
     /// What was met on or over glossy surfaces.
@@ -64,7 +63,7 @@ impl Gathered {
         for (all, light) in self.by_source.iter_mut().zip(&seen.by_source) {
             all.push([light.unoccluded, light.received]);
         }
-        self.burial.push(seen.burial);
+        self.buried.push(seen.is_buried);
         if rays > 0 {
             self.met.extend_from_slice(&seen.bounced.met);
             self.mirrored.extend_from_slice(&seen.bounced.mirrored);

@@ -19,9 +19,6 @@ use crate::num::{f64_from_usize, index, low_u16, u32_from, u32_truncated_f32};
 /// Mirrors that a ray is followed over. What is left after them is dropped: all that five metal mirrors keep, 1e-7 of glazed tiles.
 const MIRRORS_MAX: usize = 4;
 
-/// How far above a floor things stand that were meant to stand on it.
-pub const CLOSE_M: f32 = 0.01;
-
 /// The light that one side of a sample receives.
 #[derive(Clone, Debug)]
 pub struct SideLight {
@@ -33,22 +30,9 @@ pub struct SideLight {
     pub bounced: Bounced,
     /// Whether the side is lit at all: the back of what has none is not.
     pub is_lit: bool,
-    /// Whether it lies within something closed.
-    pub burial: Burial,
-}
-
-/// Whether a place lies within something closed, as a floor does under a box that stands on it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Burial {
-    /// Fewer than an eighth of its rays met backs or something close.
-    #[default]
-    Open,
-    /// More did: it may lie right under the edge of a box, where half of its rays are within, or under its corner.
-    Beside,
-    /// Seven eighths did, or met a black sky; or more than half of them met something close, which no wall beside does.
-    Within,
-    /// More than an eighth of its rays met backs that are never seen.
-    Buried,
+    /// Whether it lies within something closed, as a floor does under a box that stands on it: more than
+    /// an eighth of its rays met backs (half of them do right under the box's edge, a quarter under its corner).
+    pub is_buried: bool,
 }
 
 /// A share of a ray that ended at a place.
@@ -84,7 +68,7 @@ pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [SideLight; 2] {
         let normal = if side == 0 { sample.normal } else { sample.normal.map(|x| -x) };
         side += 1;
         if !is_lit {
-            return SideLight { direct, by_source, bounced: Bounced::default(), is_lit, burial: Burial::Open };
+            return SideLight { direct, by_source, bounced: Bounced::default(), is_lit, is_buried: false };
         }
         let bounced = bounce_rays(scene, (sample.position_m, normal), &aims.fan, &[]);
         for group in 0..GROUPS {
@@ -92,8 +76,8 @@ pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [SideLight; 2] {
                 direct[group][band] += bounced.seen[group][band];
             }
         }
-        let burial = bounced.burial(aims.fan.len());
-        SideLight { direct, by_source, bounced, is_lit, burial }
+        let is_buried = 8 * bounced.backs > aims.fan.len();
+        SideLight { direct, by_source, bounced, is_lit, is_buried }
     })
 }
 
@@ -110,30 +94,8 @@ pub struct Bounced {
     pub mirrored: Vec<Mirrored>,
     /// Rays that met the back of what has none.
     pub backs: usize,
-    /// Rays that met something close.
-    pub close: usize,
-    /// Rays that met any back, or something close.
-    pub within: usize,
-    /// Rays that met a black sky.
-    pub unlit: usize,
     /// Rays that met a moving object.
     pub blocked: usize,
-}
-
-impl Bounced {
-    /// Whether a place with so many rays lies within something closed.
-    fn burial(&self, rays: usize) -> Burial {
-        let is_covered = 16 * self.close > 9 * rays;
-        if 8 * self.backs > rays {
-            Burial::Buried
-        } else if is_covered || self.within > 0 && 8 * (self.within + self.unlit) >= 7 * rays {
-            Burial::Within
-        } else if 8 * self.within > rays {
-            Burial::Beside
-        } else {
-            Burial::Open
-        }
-    }
 }
 
 /// A ray that was mirrored, and the share of light that comes along it.
@@ -175,11 +137,6 @@ pub fn bounce_rays(
                 bounced.seen[end.group][band] += glow;
                 bounced.squares[end.group][band] += glow * glow;
             }
-            let is_back = end.place.map_or(!end.is_sky, |place| place % 2 == 1);
-            let is_close = hits.t.0[lane] < CLOSE_M;
-            bounced.close += usize::from(is_close);
-            bounced.within += usize::from(is_back || is_close);
-            bounced.unlit += usize::from(end.is_sky && end.light == [0.0; BANDS]);
             let path = Path { origin_m: origin, direction, weight: [1.0; BANDS] };
             match (end.mirror, end.place) {
                 (Some(mirror), Some(place)) => {

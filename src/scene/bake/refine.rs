@@ -16,7 +16,7 @@ use super::aims::{Aims, visible_aims};
 use super::cells::{GridCell, NODES, Nodes};
 use super::clearance::{FlatBox, is_anything_near};
 use super::fan::GROUPS;
-use super::gathered::{Burial, Gathered};
+use super::gathered::Gathered;
 use super::settings::BakeSettings;
 use super::sources::{Source, SourceLight};
 use crate::num::{f32_nearest, f64_from_usize, index, u32_from};
@@ -57,7 +57,7 @@ pub struct TracedSamples {
     /// The traced samples.
     pub gathered: Vec<Gathered>,
     /// Whether a place lies within something closed.
-    pub burial: Vec<Burial>,
+    pub buried: Vec<bool>,
     /// The sources that are told apart.
     pub sources: Vec<Source>,
     stencils: Vec<Stencil>,
@@ -174,7 +174,7 @@ impl<'a> WaveRefinement<'a> {
             scene,
             probes: aims[1].thinned(),
             traced: TracedSamples {
-                burial: vec![Burial::Open; 2 * samples],
+                buried: vec![false; 2 * samples],
                 sources: aims[1].sources.clone(),
                 ..TracedSamples::default()
             },
@@ -243,7 +243,7 @@ impl<'a> WaveRefinement<'a> {
             chunk
         });
         for chunk in &new {
-            chunk.put(&chunk.burial, &mut self.traced.burial);
+            chunk.put(&chunk.buried, &mut self.traced.buried);
             chunk.samples.iter().for_each(|&sample| self.is_traced[index(sample)] = true);
         }
         let first = self.traced.gathered.len();
@@ -333,7 +333,7 @@ impl<'a> WaveRefinement<'a> {
 
     fn is_smooth_on(&self, cell: &GridCell, nodes: &Nodes, side: usize) -> bool {
         let places = || nodes.samples().iter().map(|&sample| 2 * index(sample) + side);
-        if places().any(|place| self.traced.burial[place] == Burial::Buried) {
+        if places().any(|place| self.traced.buried[place]) {
             return false;
         }
         let is_dark = |place: usize| (0..self.groups).all(|group| self.light[group][place] == [0.0; BANDS]);
@@ -482,8 +482,7 @@ mod tests {
         let all = Gathered::of(&scene, &Aims::of(&scene, &settings), true, &samples);
         let (mut squares, mut worst, mut lit) = (0.0, 0.0_f64, 0);
         for (place, (light, expected)) in light.iter().zip(&all.direct[0]).enumerate() {
-            let is_buried = |burial: &[Burial]| burial[place] == Burial::Buried;
-            assert_eq!(is_buried(&traced.burial), is_buried(&all.burial), "place {place}");
+            assert_eq!(traced.buried[place], all.buried[place], "place {place}");
             if expected[1] > 0.0 {
                 let error = f64::from(light[1] / expected[1] - 1.0);
                 (squares, lit) = (squares + error * error, lit + 1);

@@ -13,7 +13,7 @@ use std::sync::OnceLock;
 use super::super::bake::Bake;
 use super::super::bake::aims::Aims;
 use super::super::bake::blockers::Blocker;
-use super::super::bake::buried::{fill, open_neighbours};
+use super::super::bake::buried::{fill, stand_ins};
 use super::super::geometry::Scene;
 use super::super::light::{BANDS, Bands};
 use super::data::{ExitanceBounds, LitScene};
@@ -158,7 +158,7 @@ fn irradiance(
     // What lies within another part takes the light of its neighbour; without one, as of a neck whose corners are all in head and trunk,
     // that of the part by itself.
     let mut is_hidden: Vec<bool> = found.iter().map(|&(_, is_hidden)| is_hidden).collect();
-    let neighbours = open_neighbours(&shape.layout, |place| is_hidden[place]);
+    let neighbours = stand_ins(&shape.layout, |place| is_hidden[place]);
     fill(&mut found, &neighbours);
     neighbours.iter().for_each(|&(place, _)| is_hidden[index(place)] = false);
     let alone: Vec<usize> = (0..found.len()).filter(|&place| is_hidden[place]).collect();
