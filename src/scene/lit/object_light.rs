@@ -38,13 +38,12 @@ const HIDDEN_MIN: f64 = 0.875;
 pub struct ObjectLight {
     /// In the dark, in the object's frame.
     shape: LitScene,
-    start_s: f64,
-    step_s: f64,
-    steps: Vec<[Vec<Bands>; 2]>,
+    light: LightSteps,
     bounds: ExitanceBounds,
 }
 
 /// The light of an object on its way.
+#[derive(Clone, Debug)]
 pub struct LightSteps {
     start_s: f64,
     step_s: f64,
@@ -77,16 +76,16 @@ impl LightSteps {
 
 impl ObjectLight {
     /// Of a shape whose light is found. The fixed scene gives its units.
-    pub fn of(shape: Scene, fixed: &LitScene, LightSteps { start_s, step_s, steps }: LightSteps) -> Self {
+    pub fn of(shape: Scene, fixed: &LitScene, light: LightSteps) -> Self {
         let dark = Bake::even(&shape, 0.0);
         let lux_per_unit = fixed.lux_per_radiance / std::f64::consts::PI;
         let mut shape = LitScene::scaled(shape, &dark, lux_per_unit, fixed.illuminant);
         (shape.flicker, shape.shadows) = (fixed.flicker, None);
-        let mut light = Self { bounds: shape.exitance_bounds(), shape, start_s, step_s, steps };
-        for step in 0..light.steps.len() {
-            light.bounds = light.bounds.and(&light.mixed(step, step, 0.0).exitance_bounds());
+        let mut lit = Self { bounds: shape.exitance_bounds(), shape, light };
+        for step in 0..lit.light.steps.len() {
+            lit.bounds = lit.bounds.and(&lit.mixed(step, step, 0.0).exitance_bounds());
         }
-        light
+        lit
     }
 
     /// The object's shape in its own frame, without light.
@@ -96,8 +95,9 @@ impl ObjectLight {
 
     /// The object under the light of a time.
     pub fn at(&self, t_s: f64) -> LitScene {
-        let last = self.steps.len() - 1;
-        let place = ((t_s - self.start_s) / self.step_s).clamp(0.0, f64_from_usize(last));
+        let LightSteps { start_s, step_s, steps } = &self.light;
+        let last = steps.len() - 1;
+        let place = ((t_s - start_s) / step_s).clamp(0.0, f64_from_usize(last));
         let before = index(u32_truncated(place));
         self.mixed(before, (before + 1).min(last), f32_nearest(place - f64_from_usize(before)))
     }
@@ -114,7 +114,7 @@ impl ObjectLight {
 
     fn mixed(&self, before: usize, after: usize, share: f32) -> LitScene {
         let mix = |group: usize| {
-            let pairs = self.steps[before][group].iter().zip(&self.steps[after][group]);
+            let pairs = self.light.steps[before][group].iter().zip(&self.light.steps[after][group]);
             pairs.map(|(a, b)| std::array::from_fn(|band| a[band] + (b[band] - a[band]) * share)).collect()
         };
         LitScene {
