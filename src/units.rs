@@ -2,6 +2,8 @@
 //!
 //! Floats carry their unit at the end of their name; integers that must never be mixed are newtypes.
 
+use crate::num::{greater, lesser};
+
 /// A count of clocks of one named domain (`pix_clk`, `adc_clk` or `byte_clk`; the name of the variable says which).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Clocks(pub u64);
@@ -47,6 +49,14 @@ impl Span {
     /// Length in seconds.
     pub fn length_s(self) -> f64 {
         self.end_s - self.start_s
+    }
+
+    /// From the first start to the last end of some spans.
+    pub fn around(spans: &[Self]) -> Self {
+        Self {
+            start_s: spans.iter().fold(f64::INFINITY, |least, span| lesser(least, span.start_s)),
+            end_s: spans.iter().fold(f64::NEG_INFINITY, |most, span| greater(most, span.end_s)),
+        }
     }
 
     /// Instant half-way between start and end.

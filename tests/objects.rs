@@ -4,7 +4,7 @@
 
 use glam::{DQuat, DVec2, DVec3};
 use sensel::draw::DrawKey;
-use sensel::num::{f64_from_usize, index};
+use sensel::num::{f32_nearest, f64_from_usize, index};
 use sensel::optics::lens::Lens;
 use sensel::optics::truth::{TruthView, Visibility, matches, surfaces};
 use sensel::optics::{
@@ -23,6 +23,8 @@ use sensel::units::{Size, Span};
 
 use crate::common::{self, LEVEL, Scratch};
 
+#[path = "objects/mirrors.rs"]
+mod mirrors;
 #[path = "objects/shadows.rs"]
 mod shadows;
 
@@ -74,8 +76,12 @@ fn along(pose: impl Fn(f64) -> Pose) -> Motion {
     Motion::Spline(PlacedSpline::new(spline, 0.1, 1.0, start_m, DQuat::IDENTITY).unwrap())
 }
 
+fn at_rest() -> ObjectMotion {
+    ObjectMotion { motion: Motion::Still(Pose::IDENTITY), looks_ahead: false, chain: JointChain::default() }
+}
+
 fn object(shape: Scene, motion: Motion, fixed: &LitScene) -> MovingObject {
-    let motion = ObjectMotion { motion, looks_ahead: false, chain: JointChain::default() };
+    let motion = ObjectMotion { motion, ..at_rest() };
     let unlit = UnlitObject::new(("board", 1), shape, motion, RUN).unwrap();
     UnlitObject::lit(vec![unlit], fixed, RUN).remove(0)
 }

@@ -10,6 +10,8 @@ mod extractor;
 mod extractor_synthesis;
 #[path = "rtl/energy.rs"]
 mod energy;
+#[path = "rtl/found_before.rs"]
+pub mod found_before;
 #[path = "rtl/front.rs"]
 mod front;
 #[path = "rtl/csi2.rs"]

@@ -55,8 +55,8 @@ impl Pilot<'_> {
     /// scenario's own; none. Where nothing keeps an image they are one and the same.
     fn families(&self) -> Vec<u32> {
         let setup = &self.bench.setup;
-        let keeps_images =
-            setup.world.scene().is_some_and(|scene| scene.has_gloss(setup.fidelity.render.follows_gloss));
+        let follows_gloss = setup.fidelity.render.follows_gloss;
+        let keeps_images = setup.world.dynamic_scene().is_some_and(|scene| scene.has_gloss(follows_gloss));
         let mut all =
             if keeps_images { vec![BOUNCES_MAX, self.own.reflections, 0] } else { vec![self.own.reflections] };
         all.dedup();

@@ -5,6 +5,7 @@ use glam::DMat3;
 use crate::num::{f32_from_u32, f32_nearest, index, u32_from, u32_truncated_f32};
 use crate::pose::Pose;
 use crate::scene::lanes::{Floats, LANES, Vectors, unrolled};
+use crate::scene::tracer::Packet;
 use crate::units::Span;
 
 /// Numbers of a pose: nine of the rotation matrix by columns, three of the translation in metres.
@@ -204,6 +205,21 @@ impl Turns {
     #[inline(always)]
     pub fn place_m(&self) -> Vectors {
         [self.0[9], self.0[10], self.0[11]]
+    }
+
+    /// Rays of the camera's frame in that which the poses lead to.
+    #[inline(always)]
+    pub fn rays(&self, rays: &Packet) -> Packet {
+        let turned = self.turned(rays.origin_m);
+        let origin_m = unrolled!(AXIS in 3 => self.place_m()[AXIS] + turned[AXIS]);
+        Packet { origin_m, direction: self.turned(rays.direction), ..*rays }
+    }
+
+    /// Rays of the frame that the poses lead to in that of the camera.
+    #[inline(always)]
+    pub fn rays_back(&self, rays: &Packet) -> Packet {
+        let from_m = unrolled!(AXIS in 3 => rays.origin_m[AXIS] - self.place_m()[AXIS]);
+        Packet { origin_m: self.turned_back(from_m), direction: self.turned_back(rays.direction), ..*rays }
     }
 }
 

@@ -62,7 +62,7 @@ pub fn render<'a>(
 ) -> Exposure {
     assert!(shutter.len() == index(camera.size.height_px), "a render needs one span for each row");
     let scene = scene.into();
-    let view = View::new(scene.fixed, camera, sampling);
+    let view = View::new(scene, camera, sampling);
     rendered(&FrameRender::new(view, scene.objects, shutter, world_from_body, sampling), None).exposure
 }
 
@@ -83,7 +83,7 @@ pub fn render_fixed(
     world_from_body: &(dyn Fn(f64) -> Pose + Sync),
     sampling: Sampling,
 ) -> FixedPicture {
-    let view = View::new(scene, camera, sampling);
+    let view = View::new(scene.into(), camera, sampling);
     rendered(&FrameRender::new(view, &[], shutter, world_from_body, sampling), None)
 }
 
@@ -97,7 +97,7 @@ pub fn render_over(
     world_from_body: &(dyn Fn(f64) -> Pose + Sync),
     sampling: Sampling,
 ) -> Exposure {
-    let view = View::new(scene.fixed, camera, sampling);
+    let view = View::new(scene, camera, sampling);
     let mut picture = FrameRender::new(view, scene.objects, shutter, world_from_body, sampling);
     let FixedPicture { exposure: fixed, least_gain } = fixed;
     picture.kept = Some(Kept {

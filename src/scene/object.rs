@@ -9,7 +9,7 @@ use super::light::BANDS;
 use super::lit::{ExitanceBounds, LightSteps, LitScene, ObjectLight};
 use super::motion::{Motion, MotionError};
 use super::views::SceneBox;
-use crate::num::{greater, index, lesser, u32_truncated};
+use crate::num::{f32_nearest, f64_from_usize, greater, index, lesser, u32_truncated};
 use crate::pose::Pose;
 use crate::units::Span;
 
@@ -21,6 +21,14 @@ pub const OBJECTS_MAX: usize = 256;
 
 /// Balls that cover a shape at most.
 const BALLS_MAX: f64 = 12.0;
+
+/// Instants of a span at which an object's place is asked for.
+const INSTANTS: usize = 9;
+/// Share of its motion by which an object may stray between these instants.
+const STRAY: f64 = 0.25;
+
+/// A ball in the world: middle and radius in metres.
+pub type PlacedBall = ([f32; 3], f32);
 
 /// How a motion moves a model.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,6 +91,11 @@ impl<'a> DynamicScene<'a> {
     /// The same without its light.
     pub fn shapes(&self) -> Shapes<'a> {
         Shapes { fixed: self.fixed.scene(), objects: self.objects }
+    }
+
+    /// Whether something is glossy; unless `all` gloss counts, a mirror.
+    pub fn has_gloss(&self, all: bool) -> bool {
+        self.fixed.has_gloss(all) || self.objects.iter().any(|object| object.light.has_gloss(all))
     }
 
     /// Whether objects shade what stands.
@@ -212,14 +225,19 @@ impl MovingObject {
         self.light.at(t_s)
     }
 
-    /// Middle and radius in metres of a ball around the shape, in its frame.
-    pub fn ball_m(&self) -> (DVec3, f64) {
-        self.ball_m
-    }
-
-    /// Smaller balls that cover the shape together.
-    pub fn balls_m(&self) -> &[(DVec3, f64)] {
-        &self.balls_m
+    /// A ball that holds the shape over a span of the run, and smaller ones that hold its parts. Panics outside the run.
+    pub fn balls_over_m(&self, span: Span) -> (PlacedBall, Vec<PlacedBall>) {
+        let poses: [Pose; INSTANTS] = std::array::from_fn(|instant| {
+            let share = f64_from_usize(instant) / f64_from_usize(INSTANTS - 1);
+            self.world_from_object(span.start_s + span.length_s() * share)
+        });
+        let around = |&(middle_m, radius_m): &(DVec3, f64)| {
+            let places = poses.map(|pose| pose.point(middle_m));
+            let middle_m = places[INSTANTS / 2];
+            let strays_m = places.iter().fold(0.0, |most, place_m| greater(most, place_m.distance(middle_m)));
+            (middle_m.to_array().map(f32_nearest), f32_nearest(radius_m + (1.0 + STRAY) * strays_m))
+        };
+        (around(&self.ball_m), self.balls_m.iter().map(around).collect())
     }
 
     /// Corners of a box that holds the shape over a span of the run. Fails on a span that the motion does not cover.

@@ -16,7 +16,7 @@ use super::bvh::{Bvh, IS_BLOCK, Node, OPEN_MAX};
 use super::lanes::{Eight, Floats, LANES};
 use crate::num::index;
 use crate::simd::{Kernel, dispatch};
-pub use packet::{Hits, Holes, MISS, NoHoles, Packet};
+pub use packet::{Hits, Holes, MISS, NoHoles, Packet, come_near};
 use rays::{Courses, Rays};
 
 /// Nodes still to be traversed. One stack serves many packets, because clearing it costs more than a short traversal.

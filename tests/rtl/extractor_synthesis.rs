@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
+use super::found_before::unless_found_before;
 use super::judge::sources;
 
 const BLOCKS: [&str; 10] = [
@@ -113,6 +114,11 @@ fn files(block: &str) -> String {
 
 #[test]
 fn the_core_is_joined_without_a_warning_or_a_latch_at_both_ends_of_its_parameters() {
+    let words = include_str!("extractor_synthesis.rs");
+    unless_found_before("core at both ends", &["extractor_core"], words, the_core_is_joined);
+}
+
+fn the_core_is_joined() {
     let other = "-chparam OCTAVES 4 -chparam HARRIS 1 -chparam ENGINES 1 -chparam PER_CELL 3 -chparam FIFO_DEPTH 1 \
                  -chparam SYMMETRIC 1 -chparam SUBPIXEL 0 -chparam PIX_BITS 10";
     for parameters in ["", other] {
@@ -126,6 +132,12 @@ fn the_core_is_joined_without_a_warning_or_a_latch_at_both_ends_of_its_parameter
 
 #[test]
 fn every_block_of_the_back_is_synthesisable_and_as_large_as_documented() {
+    let documented = documented();
+    let words = format!("{} {documented:?}", include_str!("extractor_synthesis.rs"));
+    unless_found_before("back", &["fx_back"], &words, || every_block_is(&documented));
+}
+
+fn every_block_is(documented: &BTreeMap<String, [u32; 3]>) {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let [stat, dump] = ["back_stat.txt", "back_memories.txt"].map(|name| folder.join(name));
     let script = format!(
@@ -137,7 +149,6 @@ fn every_block_of_the_back_is_synthesisable_and_as_large_as_documented() {
     );
     yosys(&script);
     let modules = modules(&std::fs::read_to_string(stat).unwrap(), &std::fs::read_to_string(dump).unwrap());
-    let documented = documented();
     let mut grown = Vec::new();
     for block in BLOCKS {
         let [cells, flops, memory, latches] = sum(&modules, block);

@@ -1,11 +1,11 @@
-//! Light of rays among moving objects: the kernel that traces and shades them, and the tiles that may see any.
+//! Rays among moving objects: the kernels that trace and shade them, and the tiles that may see any.
 
-use super::super::motion::{Timeline, Turns};
+use super::super::motion::Timeline;
 use super::objects::{ObjectInView, Objects};
 use super::settings::{COLUMNS, ROWS};
-use super::view::{Aim, Filter, NearestHits, PacketPixels, Traced, View};
-use crate::num::{index, u32_from};
-use crate::scene::lanes::{Floats, LANES, Mask, Vectors, unrolled};
+use super::view::{Aim, Filter, Met, ObjectHits, PacketPixels, Traced, View};
+use crate::num::index;
+use crate::scene::lanes::{Floats, LANES, Mask, unrolled};
 use crate::scene::light::BANDS;
 use crate::scene::mesh::BackfaceCulled;
 use crate::scene::tracer::{MISS, Packet, Stack, closest_through};
@@ -24,8 +24,7 @@ pub fn tiles_in_view(objects: &[ObjectInView], view: &View, timelines: &[Timelin
                 let y = (group * ROWS + lane / COLUMNS).min(height - 1);
                 pixels.set(lane..lane + 1, camera, [x, y], &[0.0; BANDS]);
             }
-            objects.iter().any(|object| object.may_be_near(group, &pixels.corners[0], pixels.spread))
-                || view.may_show_shadow(objects, (group, &timelines[group]), &pixels, &mut stack)
+            view.may_show(objects, (group, &timelines[group]), &pixels, &mut stack)
         };
         (0..width.div_ceil(COLUMNS)).map(&mut is_in_view).collect()
     };
@@ -42,101 +41,122 @@ pub fn tiles_in_view(objects: &[ObjectInView], view: &View, timelines: &[Timelin
 }
 
 impl View<'_> {
-    /// Whether an object may shade what a still camera sees through the first corners of some pixels.
-    fn may_show_shadow(
+    /// Whether a still camera may see an object or its shadow through the first corners of some pixels, or a mirror that may show one.
+    fn may_show(
         &self,
         objects: &[ObjectInView],
         (group, timeline): (usize, &Timeline),
         pixels: &PacketPixels,
         stack: &mut Stack,
     ) -> bool {
-        let Some(shadows) = self.scene.shadows() else { return false };
         let pose = timeline.pieces[0].at(Floats::splat(0.0));
         let direction = pose.turned(pixels.corners[0]);
         let packet = Packet { origin_m: pose.place_m(), direction, t_min: Floats::splat(0.0), t_max: pixels.t_max };
+        // A pixel on a slanting surface is longer than wide: twice its width covers the most that a neighbour does not.
+        let slack = pixels.spread + pixels.spread;
+        if objects.iter().any(|object| object.may_be_met(group, &packet, slack)) {
+            return true;
+        }
         let scene = self.scene.scene();
         let hits = closest_through(&scene.bvh, &BackfaceCulled(&scene.mesh), &packet, stack);
         let lanes = hit(&hits.triangle);
+        let mirrors = |&triangle: &u32| triangle != MISS && self.scene.face(triangle).has_gloss(self.follows_gloss);
+        if self.reflections > 0 && !objects.is_empty() && hits.triangle.iter().any(mirrors) {
+            return true;
+        }
+        let Some(shadows) = self.scene.shadows() else { return false };
         let t_m = lanes.select(hits.t, Floats::splat(0.0));
         let at_m = unrolled!(AXIS in 3 => packet.origin_m[AXIS] + direction[AXIS] * t_m);
-        // A pixel on a slanting surface is longer than wide: twice its width covers the most that a neighbour does not.
-        let slack_m = (pixels.spread + pixels.spread) * t_m;
         let of_object = |object: &ObjectInView| {
-            let from = |towards| (object.parts_may_shade(group, &at_m, towards, slack_m) & lanes).any();
+            let from = |towards| (object.parts_may_shade(group, &at_m, towards, slack * t_m) & lanes).any();
             shadows.towards_each().iter().any(from)
         };
         objects.iter().any(of_object)
     }
 }
 
-/// Light of rays among moving objects: traces the fixed scene, then each object that is near, and shades what is nearest.
-pub(super) struct AmongObjects<'a, 'b> {
-    pub view: &'a View<'b>,
+/// Finds which rays meet an object before the fixed scene.
+pub(super) struct AmongObjects<'a> {
     pub aim: &'a Aim<'a>,
-    pub bearing: Vectors,
-    pub pose: Turns,
-    /// What the rays meet of the fixed scene.
-    pub traced: Traced,
+    /// In the camera's frame.
+    pub rays: Packet,
+    /// The same rays in the world, and what they meet of the fixed scene.
+    pub fixed: Traced,
     pub stack: &'a mut Stack,
 }
 
-impl Kernel for AmongObjects<'_, '_> {
-    type Output = ([Floats; BANDS], NearestHits);
+impl Kernel for AmongObjects<'_> {
+    type Output = Met;
 
     #[inline(always)]
-    fn run(self) -> Self::Output {
-        let Self { view, aim, bearing, pose, mut traced, stack } = self;
+    fn run(self) -> Met {
+        let Self { aim, rays, mut fixed, stack } = self;
         let Objects { all, group, instants } = aim.objects;
         // Rays that end before they begin.
         let ended = Floats::splat(-1.0);
-        let is_ray = Floats::splat(0.0).below(traced.packet.t_max);
-        let mut distance_m = traced.hits.t;
-        // Numbers of objects, what rays met of them, and the poses of the rays in their frames.
-        let mut met: Vec<(usize, Traced, Turns)> = Vec::new();
+        let is_ray = Floats::splat(0.0).below(fixed.packet.t_max);
+        let world = fixed.packet;
+        let mut distance_m = fixed.hits.t;
+        let mut objects: Vec<ObjectHits> = Vec::new();
         for (number, object) in all.iter().enumerate() {
-            if !object.may_be_near(group, &bearing, Floats::splat(0.0)) {
+            if !object.may_be_met(group, &world, Floats::splat(0.0)) {
                 continue;
             }
             let mut gathered = None;
-            let own_pose = instants.of(&object.timelines[group], &mut gathered).at(aim.share);
-            let packet = Packet {
-                origin_m: own_pose.place_m(),
-                direction: own_pose.turned(bearing),
-                t_min: Floats::splat(0.0),
-                t_max: is_ray.select(distance_m, ended),
-            };
-            let mut own = Traced::through(&object.lit, packet, stack);
-            let lanes = hit(&own.hits.triangle) & is_ray;
+            let pose = instants.of(&object.timelines[group], &mut gathered).at(aim.share);
+            let packet = Packet { t_max: is_ray.select(distance_m, ended), ..pose.rays(&rays) };
+            let mut traced = Traced::through(&object.lit, packet, stack);
+            let lanes = hit(&traced.hits.triangle) & is_ray;
             if !lanes.any() {
                 continue;
             }
-            distance_m = lanes.select(own.hits.t, distance_m);
+            distance_m = lanes.select(traced.hits.t, distance_m);
             // Nearer than all before.
-            traced.packet.t_max = lanes.select(ended, traced.packet.t_max);
-            for (_, other, _) in &mut met {
-                other.packet.t_max = lanes.select(ended, other.packet.t_max);
+            fixed.packet.t_max = lanes.select(ended, fixed.packet.t_max);
+            for other in &mut objects {
+                other.traced.packet.t_max = lanes.select(ended, other.traced.packet.t_max);
             }
-            own.packet.t_max = lanes.select(own.packet.t_max, ended);
-            met.push((number, own, own_pose));
+            traced.packet.t_max = lanes.select(traced.packet.t_max, ended);
+            objects.push(ObjectHits { object: number, traced, pose });
         }
-        let mut lux = view.light_of(&traced, aim, &Filter::Primary { bearing: &bearing, pose: &pose }, stack);
-        let mut object = [0; LANES];
-        for (number, traced, pose) in &met {
-            let seen = &all[*number];
+        Met { fixed, objects }
+    }
+}
+
+/// Light by band of the rays that met objects, and whether any of these keeps an image.
+pub(super) struct LightOfObjects<'a, 'b> {
+    pub view: &'a View<'b>,
+    pub objects: &'a [ObjectHits],
+    pub aim: &'a Aim<'a>,
+    /// That of the fixed scene's look-ups.
+    pub filter: &'a Filter<'a>,
+    pub stack: &'a mut Stack,
+}
+
+impl Kernel for LightOfObjects<'_, '_> {
+    type Output = ([Floats; BANDS], bool);
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Self { view, objects, aim, filter, stack } = self;
+        let (mut lux, mut is_glossy) = ([Floats::splat(0.0); BANDS], false);
+        for ObjectHits { object, traced, pose } in objects {
+            let seen = &aim.objects.all[*object];
             let mut gathered = None;
-            let motion = instants.of(&seen.timelines[group], &mut gathered);
-            let of_object = View { scene: &seen.lit, reflections: 0, ..*view };
+            let motion = aim.objects.instants.of(&seen.timelines[aim.objects.group], &mut gathered);
             let own_aim = Aim { motion, objects: Objects { all: &[], ..aim.objects }, ..*aim };
-            let (own, _) = of_object.shade(traced, &own_aim, &Filter::Primary { bearing: &bearing, pose }, stack);
+            let filter = match *filter {
+                Filter::Primary { bearing, .. } => Filter::Primary { bearing, pose },
+                Filter::Reflected { width_m, .. } => Filter::Reflected { width_m, pose },
+            };
+            let (own, keeps_image) = View { scene: &seen.lit, ..*view }.shade_one(traced, &own_aim, &filter, stack);
+            is_glossy |= keeps_image;
             let lanes = Floats::splat(0.0).below(traced.packet.t_max);
             for band in 0..BANDS {
                 lux[band] = lanes.select(own[band], lux[band]);
             }
-            for lane in 0..LANES {
-                object[lane] = if lanes.0[lane] == 0 { object[lane] } else { u32_from(*number + 1) };
-            }
         }
-        (lux, NearestHits { distance_m, object })
+        (lux, is_glossy)
     }
 }
 

@@ -1,23 +1,16 @@
 //! Moving objects in a render. A rigid object that moves before a camera is a camera that moves before the object: rays are turned into the
 //! object's frame and traced against its own tree there, each at its own instant.
 
-use glam::DVec3;
-
 use super::super::motion::{PacketMotion, Parabolas, Timeline};
 use super::settings::ROWS;
-use crate::num::{f32_nearest, f64_from_usize, greater, lesser};
 use crate::parallel::collected;
 use crate::pose::Pose;
 use crate::scene::LitScene;
-use crate::scene::lanes::{Floats, LANES, Mask, Vectors, dot3, splat3};
+use crate::scene::lanes::{Floats, LANES, Mask, Vectors};
 use crate::scene::lit::Towards;
-use crate::scene::object::MovingObject;
+use crate::scene::object::{MovingObject, PlacedBall};
+use crate::scene::tracer::Packet;
 use crate::units::Span;
-
-/// Instants of a group's exposures at which an object's place is asked for.
-const INSTANTS: usize = 9;
-/// Share of its motion in view by which an object may stray between these instants.
-const STRAY: f64 = 0.25;
 
 /// An object over one exposure.
 pub struct ObjectInView {
@@ -25,21 +18,8 @@ pub struct ObjectInView {
     pub lit: LitScene,
     /// `object_from_camera` over the exposures of each group of rows.
     pub timelines: Vec<Timeline>,
-    /// Where each group of rows may see it: around all of it, and around its parts.
-    cones: Vec<(ViewCone, Vec<ViewCone>)>,
     /// Where it and its parts are in the world over the exposures of each group of rows.
-    balls_m: Vec<(Ball, Vec<Ball>)>,
-}
-
-/// Middle and radius in metres.
-type Ball = ([f32; 3], f32);
-
-/// Directions in the camera's frame.
-#[derive(Clone, Copy, Debug)]
-struct ViewCone {
-    axis: [f32; 3],
-    /// Least cosine to the axis.
-    cosine: f32,
+    balls_m: Vec<(PlacedBall, Vec<PlacedBall>)>,
 }
 
 /// What of a timeline the rays of a packet belong to.
@@ -86,17 +66,9 @@ impl ObjectInView {
     ) -> Self {
         let pose = |t_s: f64| object.world_from_object(t_s).inverse().then(&world_from_camera(t_s));
         let timelines = collected(groups.len(), |group| Timeline::of(groups[group], pieces, &pose));
-        let cones = collected(groups.len(), |group| {
-            let poses = instants(&groups[group], &pose);
-            let around = |ball_m: (DVec3, f64)| ViewCone::around(ball_m, &poses);
-            (around(object.ball_m()), object.balls_m().iter().copied().map(around).collect())
-        });
-        let balls_m = collected(groups.len(), |group| {
-            let poses = instants(&groups[group], &|t_s: f64| object.world_from_object(t_s).inverse());
-            let around = |ball_m: (DVec3, f64)| swept(ball_m, &poses);
-            (around(object.ball_m()), object.balls_m().iter().copied().map(around).collect())
-        });
-        Self { lit: object.lit_at(whole(groups.as_flattened()).middle_s()), timelines, cones, balls_m }
+        let balls_m = collected(groups.len(), |group| object.balls_over_m(Span::around(&groups[group])));
+        let middle_s = Span::around(groups.as_flattened()).middle_s();
+        Self { lit: object.lit_at(middle_s), timelines, balls_m }
     }
 
     /// Which lanes' places may be shaded by it over the exposures of a group of rows from the lanes' sources, by its whole.
@@ -121,70 +93,17 @@ impl ObjectInView {
         near & by_part
     }
 
-    /// Whether a ray of some pixels of a group may, each of which has this bearing and is so wide.
+    /// Whether one of some rays of a group's exposures may meet it, each of which stands for a cone of `spread` radians.
     #[inline(always)]
-    pub fn may_be_near(&self, group: usize, bearing: &Vectors, spread: Floats) -> bool {
-        // The cosine of an angle falls by no more than the angle grows.
-        let slack = spread + spread;
-        let (whole, parts) = &self.cones[group];
-        whole.may_hold(bearing, slack) && parts.iter().any(|part| part.may_hold(bearing, slack))
-    }
-}
-
-/// From the first start to the last end of some spans.
-fn whole(spans: &[Span]) -> Span {
-    Span {
-        start_s: spans.iter().fold(f64::INFINITY, |least, span| lesser(least, span.start_s)),
-        end_s: spans.iter().fold(f64::NEG_INFINITY, |most, span| greater(most, span.end_s)),
-    }
-}
-
-/// `camera_from_object` at even instants from the first to the last of some spans.
-fn instants(spans: &[Span], object_from_camera: &dyn Fn(f64) -> Pose) -> [Pose; INSTANTS] {
-    let Span { start_s, end_s } = whole(spans);
-    std::array::from_fn(|instant| {
-        let share = f64_from_usize(instant) / f64_from_usize(INSTANTS - 1);
-        object_from_camera(start_s + (end_s - start_s) * share).inverse()
-    })
-}
-
-/// A ball around a ball of an object on its way, which stands at these poses in the world over the spans of some rows.
-fn swept((middle_m, radius_m): (DVec3, f64), world_from_object: &[Pose; INSTANTS]) -> Ball {
-    let places = world_from_object.map(|pose| pose.point(middle_m));
-    let middle_m = places[INSTANTS / 2];
-    let strays_m = places.iter().fold(0.0, |most, place_m| greater(most, place_m.distance(middle_m)));
-    (middle_m.to_array().map(f32_nearest), f32_nearest(radius_m + (1.0 + STRAY) * strays_m))
-}
-
-impl ViewCone {
-    /// Around a ball of an object that is seen from these poses, `camera_from_object` over the spans of some rows.
-    fn around((middle_m, radius_m): (DVec3, f64), camera_from_object: &[Pose; INSTANTS]) -> Self {
-        let places = camera_from_object.map(|pose| pose.point(middle_m));
-        let everywhere = Self { axis: [0.0, 0.0, 1.0], cosine: -2.0 };
-        let Some(axis) = places[INSTANTS / 2].try_normalize() else { return everywhere };
-        let (mut strays_rad, mut strays_m, mut nearest_m) = (0.0, 0.0, f64::INFINITY);
-        for place_m in places {
-            let distance_m = place_m.length();
-            nearest_m = lesser(nearest_m, distance_m);
-            strays_m = greater(strays_m, (distance_m - places[INSTANTS / 2].length()).abs());
-            let cosine = place_m.dot(axis) / greater(distance_m, 1e-12);
-            strays_rad = greater(strays_rad, libm::acos(cosine.clamp(-1.0, 1.0)));
+    pub fn may_be_met(&self, group: usize, rays: &Packet, spread: Floats) -> bool {
+        let live = Floats::splat(0.0).below(rays.t_max);
+        let (whole, parts) = &self.balls_m[group];
+        let mut near = Mask([0; LANES]);
+        if (rays.come_near(*whole, spread) & live).any() {
+            for part in parts {
+                near = near | rays.come_near(*part, spread);
+            }
         }
-        let distance_m = nearest_m - STRAY * strays_m;
-        if distance_m <= radius_m {
-            return everywhere;
-        }
-        let angle_rad = libm::asin(radius_m / distance_m) + (1.0 + STRAY) * strays_rad + 1e-3;
-        if angle_rad >= std::f64::consts::PI {
-            return everywhere;
-        }
-        Self { axis: axis.to_array().map(f32_nearest), cosine: f32_nearest(libm::cos(angle_rad)) - 1e-6 }
-    }
-
-    /// Whether a ray with one of these bearings of unit length may meet what the cone is around, with so much slack of the cosine.
-    #[inline(always)]
-    fn may_hold(&self, bearing: &Vectors, slack: Floats) -> bool {
-        // Bearings between corners of a pixel are shorter than 1 by an eighth of its square: below a millionth.
-        (Floats::splat(self.cosine) - slack).below(dot3(splat3(self.axis), *bearing)).any()
+        (near & live).any()
     }
 }

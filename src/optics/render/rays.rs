@@ -1,9 +1,9 @@
 //! Packets of sixteen rays: generation, tracing, and shading by groups that met one surface. The kernels of `tile` and `pixel` share it.
 
-use super::among::AmongObjects;
+use super::among::{AmongObjects, LightOfObjects};
 use super::reflect::Reflection;
 use super::shadows::{EdgeShadows, ObjectShadows, OnSurface};
-use super::view::{Aim, Filter, NearestHits, Traced, View, lane3};
+use super::view::{Aim, Filter, Met, NearestHits, Traced, View, lane3};
 use crate::scene::lanes::{Floats, LANES, Mask, Vectors, next_lane, unrolled};
 use crate::scene::light::{BANDS, Bands};
 use crate::scene::lit::{MapTexels, OnTriangle, by_band};
@@ -40,13 +40,14 @@ impl View<'_> {
             t_max.0[lane] = if lane < aim.lanes { t_max.0[lane] } else { -1.0 };
         }
         let packet = Packet { origin_m, direction, t_min: Floats::splat(0.0), t_max };
-        let traced = Traced::through(self.scene, packet, stack);
-        let ([r, g, b, n], nearest) = if aim.objects.all.is_empty() {
-            let lux = self.light_of(&traced, aim, &Filter::Primary { bearing: &bearing, pose: &pose }, stack);
-            (lux, NearestHits { distance_m: traced.hits.t, object: [0; LANES] })
-        } else {
-            dispatch(AmongObjects { view: self, aim, bearing, pose, traced, stack })
-        };
+        let fixed = Traced::through(self.scene, packet, stack);
+        let from_camera = Packet { origin_m: [Floats::splat(0.0); 3], direction: bearing, ..packet };
+        let met = self.among_objects(fixed, from_camera, aim, stack);
+        let nearest = met.nearest();
+        let (lux, is_glossy) = self.shade(&met, aim, &Filter::Primary { bearing: &bearing, pose: &pose }, stack);
+        let is_followed = self.reflections > 0 && is_glossy;
+        let [r, g, b, n] =
+            if is_followed { dispatch(Reflection { view: self, met, aim, pose: &pose, lux, stack }) } else { lux };
         let [per_r, per_g, per_b, per_n] = aim.pixels.photons_per_lux;
         let mut roll_off = Floats::splat(0.0);
         for lane in 0..LANES {
@@ -55,20 +56,32 @@ impl View<'_> {
         ((r * per_r + g * per_g + b * per_b + n * per_n) * roll_off, nearest)
     }
 
-    /// Light by band of what each ray met, with what gloss reflects of the fixed scene.
+    /// What rays meet that were traced through the fixed scene; `rays`: the same in the camera's frame.
     #[inline(always)]
-    pub fn light_of(&self, traced: &Traced, aim: &Aim, filter: &Filter, stack: &mut Stack) -> [Floats; BANDS] {
-        let (lux, is_glossy) = self.shade(traced, aim, filter, stack);
-        if self.reflections > 0 && is_glossy {
-            return dispatch(Reflection { view: self, traced, aim, lux, stack });
+    pub fn among_objects(&self, fixed: Traced, rays: Packet, aim: &Aim, stack: &mut Stack) -> Met {
+        if aim.objects.all.is_empty() {
+            return Met { fixed, objects: Vec::new() };
         }
-        lux
+        dispatch(AmongObjects { aim, rays, fixed, stack })
     }
 
-    /// Light by band of what each ray met, and whether any of that keeps an image. Rays that met one triangle at about one distance are
-    /// shaded together: one texture footprint serves them all.
+    /// Light by band of what each ray met, and whether any of that keeps an image.
     #[inline(always)]
-    pub fn shade(&self, traced: &Traced, aim: &Aim, filter: &Filter, stack: &mut Stack) -> ([Floats; BANDS], bool) {
+    pub fn shade(&self, met: &Met, aim: &Aim, filter: &Filter, stack: &mut Stack) -> ([Floats; BANDS], bool) {
+        let Met { fixed, objects } = met;
+        let (lux, is_glossy) = self.shade_one(fixed, aim, filter, stack);
+        if objects.is_empty() {
+            return (lux, is_glossy);
+        }
+        let (own, is_glossy_too) = dispatch(LightOfObjects { view: self, objects, aim, filter, stack });
+        let is_fixed = Floats::splat(0.0).below(fixed.packet.t_max);
+        (unrolled!(BAND in 4 => is_fixed.select(lux[BAND], own[BAND])), is_glossy | is_glossy_too)
+    }
+
+    /// The same of the fixed scene or of one object. Rays that met one triangle at about one distance are shaded together: one texture
+    /// footprint serves them all.
+    #[inline(always)]
+    pub fn shade_one(&self, traced: &Traced, aim: &Aim, filter: &Filter, stack: &mut Stack) -> ([Floats; BANDS], bool) {
         let hits = &traced.hits;
         let mut unshaded = Floats::splat(0.0).below(traced.packet.t_max);
         let (mut lux, mut is_glossy) = ([Floats::splat(0.0); BANDS], false);
@@ -140,11 +153,10 @@ impl Group<'_, '_> {
         }
         let is_changed = sources != 0 || normals.is_some();
         let of_edges = is_changed.then(|| dispatch(EdgeShadows { surface, sources, normals, stack }));
-        let pose = match self.filter {
-            Filter::Primary { pose, .. } if !aim.objects.all.is_empty() && shadows.are_traced() => pose,
-            // Mirrors show no objects, and none of their shadows.
-            Filter::Primary { .. } | Filter::Reflected { .. } => return of_edges,
-        };
+        if aim.objects.all.is_empty() || !shadows.are_traced() {
+            return of_edges;
+        }
+        let (Filter::Primary { pose, .. } | Filter::Reflected { pose, .. }) = self.filter;
         let of_objects = dispatch(ObjectShadows { surface, pose, stack });
         Some(match of_edges {
             None => of_objects,
@@ -170,7 +182,7 @@ impl Group<'_, '_> {
                 };
                 footprint(&ray, &aim.look, aim.shares)
             }
-            Filter::Reflected { width_m } => {
+            Filter::Reflected { width_m, .. } => {
                 let width_texels = view.scene.texels_per_m(triangle) * width_m.0[leader];
                 (Footprint::round(width_texels), [Floats::splat(0.0); 2])
             }

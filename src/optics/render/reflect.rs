@@ -2,7 +2,8 @@
 //!
 //! Lanes without gloss pay nothing. After the last bounce a surface counts as diffuse.
 
-use super::view::{Aim, Filter, Traced, View, lane3};
+use super::super::motion::Turns;
+use super::view::{Aim, Filter, Met, ObjectHits, Traced, View, lane3};
 use crate::draw::sobol::{fifth, fourth};
 use crate::scene::lanes::{Floats, LANES, unrolled};
 use crate::scene::light::BANDS;
@@ -26,8 +27,10 @@ struct Paths {
 /// Light of rays with what their surfaces reflect.
 pub(super) struct Reflection<'a, 'b> {
     pub view: &'a View<'b>,
-    pub traced: &'a Traced,
+    pub met: Met,
     pub aim: &'a Aim<'a>,
+    /// Of the camera at each ray's instant.
+    pub pose: &'a Turns,
     /// What each ray would be without.
     pub lux: [Floats; BANDS],
     pub stack: &'a mut Stack,
@@ -38,19 +41,19 @@ impl Kernel for Reflection<'_, '_> {
 
     #[inline(always)]
     fn run(self) -> [Floats; BANDS] {
-        let Self { view, traced, aim, lux, stack } = self;
+        let Self { view, mut met, aim, pose, lux, stack } = self;
         let mut paths = Paths { weight: [Floats::splat(1.0); BANDS], settled: [Floats::splat(0.0); BANDS], last: lux };
-        let mut length_m = traced.hits.t;
-        let mut traced = Traced { hits: traced.hits, packet: traced.packet };
+        let mut length_m = met.nearest().distance_m;
         for bounce in 0..view.reflections.min(BOUNCES_MAX) {
-            let Some(packet) = view.reflected(&traced, aim, bounce, &mut paths) else { break };
-            traced = Traced::through(view.scene, packet, stack);
-            length_m = length_m + traced.hits.t;
+            let Some(packet) = view.reflected(&met, aim, bounce, pose, &mut paths) else { break };
+            let fixed = Traced::through(view.scene, packet, stack);
+            met = view.among_objects(fixed, pose.rays_back(&packet), aim, stack);
+            length_m = length_m + met.nearest().distance_m;
             let width_m = length_m * aim.pixels.spread * Floats::splat(aim.shares.pixel);
-            let (met, _) = view.shade(&traced, aim, &Filter::Reflected { width_m }, stack);
-            let is_followed = Floats::splat(0.0).below(traced.packet.t_max);
+            let (lux, _) = view.shade(&met, aim, &Filter::Reflected { width_m, pose }, stack);
+            let is_followed = Floats::splat(0.0).below(packet.t_max);
             for band in 0..BANDS {
-                paths.last[band] = is_followed.select(paths.weight[band] * met[band], paths.last[band]);
+                paths.last[band] = is_followed.select(paths.weight[band] * lux[band], paths.last[band]);
             }
         }
         unrolled!(BAND in 4 => paths.settled[BAND] + paths.last[BAND])
@@ -60,7 +63,23 @@ impl Kernel for Reflection<'_, '_> {
 impl View<'_> {
     /// Splits the light of the lanes that met gloss and turns their rays; none if there are none.
     #[inline(never)]
-    fn reflected(&self, traced: &Traced, aim: &Aim, bounce: u32, paths: &mut Paths) -> Option<Packet> {
+    fn reflected(&self, met: &Met, aim: &Aim, bounce: u32, pose: &Turns, paths: &mut Paths) -> Option<Packet> {
+        let mut next = self.reflected_by_one(&met.fixed, aim, bounce, paths);
+        for ObjectHits { object, traced, pose: of_object } in &met.objects {
+            let view = View { scene: &aim.objects.all[*object].lit, ..*self };
+            let own = view.reflected_by_one(traced, aim, bounce, paths);
+            let (lanes, own) = (Floats::splat(0.0).below(own.t_max), pose.rays(&of_object.rays_back(&own)));
+            for axis in 0..3 {
+                next.origin_m[axis] = lanes.select(own.origin_m[axis], next.origin_m[axis]);
+                next.direction[axis] = lanes.select(own.direction[axis], next.direction[axis]);
+            }
+            next.t_max = lanes.select(own.t_max, next.t_max);
+        }
+        Floats::splat(0.0).below(next.t_max).any().then_some(next)
+    }
+
+    /// The same of the fixed scene or of one object, in its frame.
+    fn reflected_by_one(&self, traced: &Traced, aim: &Aim, bounce: u32, paths: &mut Paths) -> Packet {
         let Traced { hits, packet } = traced;
         let mut next = Packet { t_max: Floats::splat(-1.0), ..*packet };
         for lane in (0..LANES).filter(|&lane| packet.t_max.0[lane] > 0.0 && hits.triangle[lane] != MISS) {
@@ -92,6 +111,6 @@ impl View<'_> {
                 next.direction[axis].0[lane] = away[axis];
             }
         }
-        Floats::splat(0.0).below(next.t_max).any().then_some(next)
+        next
     }
 }

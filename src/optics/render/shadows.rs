@@ -255,8 +255,7 @@ impl Kernel for ObjectShadows<'_, '_> {
             }
             set(&mut rays, lane, &ray);
         }
-        let from_camera_m = unrolled!(AXIS in 3 => rays.origin_m[AXIS] - pose.place_m()[AXIS]);
-        let (origin_m, direction) = (pose.turned_back(from_camera_m), pose.turned_back(rays.direction));
+        let from_camera = pose.rays_back(&rays);
         let mut shaded = Mask([0; LANES]);
         for object in all {
             let near = object.parts_may_shade(group, &at_m, &towards, none) & asked;
@@ -265,13 +264,8 @@ impl Kernel for ObjectShadows<'_, '_> {
             }
             let mut gathered = None;
             let own = instants.of(&object.timelines[group], &mut gathered).at(surface.aim.share);
-            let turned = own.turned(origin_m);
-            let packet = Packet {
-                origin_m: unrolled!(AXIS in 3 => own.place_m()[AXIS] + turned[AXIS]),
-                direction: own.turned(direction),
-                t_min: none,
-                t_max: near.select(shaded.select(Floats::splat(-1.0), rays.t_max), Floats::splat(-1.0)),
-            };
+            let t_max = near.select(shaded.select(Floats::splat(-1.0), rays.t_max), Floats::splat(-1.0));
+            let packet = Packet { t_max, ..own.rays(&from_camera) };
             let shape = object.lit.scene();
             shaded = shaded | mask(&blocked_through(&shape.bvh, &shape.mesh, &packet, stack));
         }

@@ -6,10 +6,12 @@ use super::super::camera::Camera;
 use super::super::motion::{PacketMotion, Turn, Turns};
 use super::objects::Objects;
 use super::settings::Sampling;
+use crate::num::u32_from;
 use crate::scene::LitScene;
 use crate::scene::lanes::{Floats, LANES, Vectors};
 use crate::scene::light::{BANDS, Bands};
 use crate::scene::mesh::{BackfaceCulled, sub};
+use crate::scene::object::DynamicScene;
 use crate::scene::texture::footprint::{Look, SampleShare};
 use crate::scene::tracer::{Hits, Packet, Stack, closest_inline_through};
 
@@ -26,10 +28,10 @@ pub struct View<'a> {
 
 impl<'a> View<'a> {
     /// Of a scene by a camera, with the reflections that it calls for.
-    pub fn new(scene: &'a LitScene, camera: &'a Camera, sampling: Sampling) -> Self {
+    pub fn new(scene: DynamicScene<'a>, camera: &'a Camera, sampling: Sampling) -> Self {
         let follows_gloss = sampling.follows_gloss;
         let reflections = if scene.has_gloss(follows_gloss) { sampling.reflections } else { 0 };
-        Self { scene, camera, reflections, follows_gloss }
+        Self { scene: scene.fixed, camera, reflections, follows_gloss }
     }
 }
 
@@ -117,12 +119,12 @@ pub struct Aim<'a> {
     pub objects: Objects<'a>,
 }
 
-/// What a look-up of a texture averages over.
+/// What a look-up of a texture averages over, with the pose that leads from the camera to the rays' frame.
 pub enum Filter<'a> {
     /// A share of the pixel and of the motion, by ray differentials.
     Primary { bearing: &'a Vectors, pose: &'a Turns },
     /// A circle, by the length of the path.
-    Reflected { width_m: Floats },
+    Reflected { width_m: Floats, pose: &'a Turns },
 }
 
 /// A packet of rays and what they met.
@@ -141,9 +143,39 @@ impl Traced {
     }
 }
 
+/// What rays met of a moving object before all else.
+pub struct ObjectHits {
+    /// Its number among the objects.
+    pub object: usize,
+    /// In its frame.
+    pub traced: Traced,
+    /// `object_from_camera` at each ray's instant.
+    pub pose: Turns,
+}
+
+/// What a packet of rays met.
+pub struct Met {
+    /// Of the fixed scene; rays that met an object have ended.
+    pub fixed: Traced,
+    pub objects: Vec<ObjectHits>,
+}
+
 /// The nearest surfaces that the samples of a packet met, by lane.
 pub struct NearestHits {
     pub distance_m: Floats,
     /// Number of the moving object from 1; 0 for the fixed scene.
     pub object: [u32; LANES],
+}
+
+impl Met {
+    #[inline(always)]
+    pub fn nearest(&self) -> NearestHits {
+        let mut nearest = NearestHits { distance_m: self.fixed.hits.t, object: [0; LANES] };
+        for ObjectHits { object, traced, .. } in &self.objects {
+            let lanes = Floats::splat(0.0).below(traced.packet.t_max);
+            nearest.distance_m = lanes.select(traced.hits.t, nearest.distance_m);
+            nearest.object = lanes.select_u32([u32_from(*object + 1); LANES], nearest.object);
+        }
+        nearest
+    }
 }

@@ -112,6 +112,11 @@ impl ObjectLight {
         self.shape.has_dark_backs()
     }
 
+    /// Whether some of its surfaces are glossy; unless `all` gloss counts, mirrors.
+    pub fn has_gloss(&self, all: bool) -> bool {
+        self.shape.has_gloss(all)
+    }
+
     fn mixed(&self, before: usize, after: usize, share: f32) -> LitScene {
         let mix = |group: usize| {
             let pairs = self.light.steps[before][group].iter().zip(&self.light.steps[after][group]);

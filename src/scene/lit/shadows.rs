@@ -9,6 +9,7 @@ use super::super::bake::{Bake, Extent, ListedLight, Source, SourceLight, SourceL
 use super::super::geometry::Scene;
 use super::super::lanes::{Floats, LANES, Mask, Vectors, dot3, splat3, unrolled};
 use super::super::light::{BANDS, Bands, luminance};
+use super::super::tracer::come_near;
 use super::super::vectors::{dot, sub};
 use crate::num::{f32_from_u32, f32_nearest, greater, index, u32_from};
 
@@ -162,11 +163,7 @@ impl Towards {
         let along = dot3(way_m, to);
         let of_source = self.is_far.select(along.abs() * self.radius, self.radius);
         let reach_m = Floats::splat(radius_m) + slack_m + of_source;
-        // The ball is as near as its reach to the line towards the source, and not behind the place.
-        let beyond2 = dot3(way_m, way_m) - reach_m * reach_m;
-        let zero = Floats::splat(0.0);
-        let is_near = (beyond2 * dot3(to, to)).at_most(along * along);
-        is_near & (beyond2.at_most(zero) | zero.below(along)) & self.is_source
+        come_near(&way_m, &to, along, reach_m) & self.is_source
     }
 }
 

@@ -2,7 +2,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use super::super::lanes::{Floats, LANES, Vectors};
+use super::super::lanes::{Floats, LANES, Mask, Vectors, dot3, unrolled};
 
 /// Rays that are traced together. A lane whose `t_max` is below its `t_min` is idle.
 #[derive(Clone, Copy, Debug)]
@@ -15,6 +15,27 @@ pub struct Packet {
     pub t_min: Floats,
     /// Greatest distance that counts.
     pub t_max: Floats,
+}
+
+impl Packet {
+    /// Which rays, as wide as `spread` radians, may meet a ball, by its middle and radius in metres.
+    #[inline(always)]
+    pub fn come_near(&self, (middle_m, radius_m): ([f32; 3], f32), spread: Floats) -> Mask {
+        let way_m = unrolled!(AXIS in 3 => Floats::splat(middle_m[AXIS]) - self.origin_m[AXIS]);
+        let along = dot3(way_m, self.direction);
+        let reach_m = Floats::splat(radius_m) + along.abs() * (spread + Floats::splat(1e-3));
+        come_near(&way_m, &self.direction, along, reach_m)
+    }
+}
+
+/// Which lines along `to` pass a place as near as `reach_m`, and do not leave it behind: it lies `way_m` from their starts;
+/// `along` is the product of both vectors.
+#[inline(always)]
+pub fn come_near(way_m: &Vectors, to: &Vectors, along: Floats, reach_m: Floats) -> Mask {
+    let beyond2 = dot3(*way_m, *way_m) - reach_m * reach_m;
+    let zero = Floats::splat(0.0);
+    let is_near = (beyond2 * dot3(*to, *to)).at_most(along * along);
+    is_near & (beyond2.at_most(zero) | zero.below(along))
 }
 
 /// Where cut-out triangles let rays through. It is called only for triangles that the tree has as cut out, and only for points
