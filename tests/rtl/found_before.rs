@@ -13,8 +13,8 @@ fn record() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/vectors/netlists_found.json")
 }
 
-/// Runs a test of netlists, unless it has held for the sources of the same blocks, the same `words` (the test itself, and expected figures) and the
-/// same Yosys. With `SENSEL_UPDATE=1` a test that holds is recorded.
+/// Runs a test of netlists, unless it has held for the sources of the same blocks, the same `words` (the test itself, and expected
+/// figures) and the same Yosys. With `SENSEL_UPDATE=1` a test that holds is recorded.
 pub fn unless_found_before(test: &str, blocks: &[&str], words: &str, run: impl FnOnce()) {
     let version = Command::new("yosys").arg("-V").output().expect("yosys runs: ./check --install").stdout;
     let mut hasher = blake3::Hasher::new();
