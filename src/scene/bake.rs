@@ -8,6 +8,7 @@
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 pub(super) mod aims;
+mod batch;
 pub mod blockers;
 pub mod buried;
 mod cells;
@@ -336,7 +337,8 @@ mod tests {
         let aims = aims::Aims::new(&scene, BakeSettings::ROOM.grid_lamp_rays, 16);
         let mut tried = 0;
         for x_m in [0.0_f32, 0.7, 1.5, 2.5] {
-            let light = aims::aimed_light(&scene, ([x_m, 0.0, 0.0], [0.0, 1.0, 0.0], 1), &aims, &[])[0].all[0][0];
+            let place = [rays::Place { at_m: [x_m, 0.0, 0.0], normal: [0.0, 1.0, 0.0], sides: 1 }];
+            let light = aims::aimed_light(&scene, &place, &aims, &[])[0][0].all[0][0];
             // A fine midpoint sum of cos cos / d^2 over the lamp: its own error is below 1e-5.
             let mut expected = 0.0;
             for i in 0..100 {

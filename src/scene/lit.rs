@@ -28,7 +28,7 @@ use glam::DVec3;
 
 use super::bake::aims::{Aims, aimed_light};
 use super::bake::blockers::Blocker;
-use super::bake::rays::{GROUPS, bounce_rays};
+use super::bake::rays::{GROUPS, Place, bounce_rays};
 use super::bake::{Bake, BakeSettings};
 use super::flicker::Flicker;
 use super::geometry::Scene;
@@ -114,8 +114,9 @@ impl Scene {
         per_unit: f64,
         blockers: &[Blocker],
     ) -> ([[f64; BANDS]; GROUPS], f64) {
-        let [aimed, _] = aimed_light(self, (at_m, normal, 1), aims, blockers);
-        let rays = bounce_rays(self, (at_m, normal), &aims.fan, blockers);
+        let place = [Place { at_m, normal, sides: 1 }];
+        let [aimed, _] = aimed_light(self, &place, aims, blockers)[0];
+        let [rays, _] = &bounce_rays(self, &place, &aims.fan, blockers)[0];
         let mut bounced = [[0.0; BANDS]; GROUPS];
         let mut add = |place: usize, weight: Bands| {
             let albedo = self.layout.samples[place / 2].albedo;

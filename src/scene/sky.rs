@@ -137,6 +137,7 @@ fn horizontal_lux(texels: &[Bands]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::bake::aims::{Aims, aimed_light};
+    use super::super::bake::rays::Place;
     use super::super::mesh::{Material, Mesh};
     use super::super::texture::Footprint;
     use super::super::{BakeSettings, Illuminant, LitScene, Scene};
@@ -249,7 +250,8 @@ mod tests {
             for step in -15..=15 {
                 let radii = f64::from(step) / 10.0;
                 let at_m = [f32_nearest(radii * half_width_m), 0.0, 0.0];
-                let light = aimed_light(&scene, (at_m, [0.0, 1.0, 0.0], 1), &aims, &[])[0].all[0][0];
+                let place = [Place { at_m, normal: [0.0, 1.0, 0.0], sides: 1 }];
+                let light = aimed_light(&scene, &place, &aims, &[])[0][0].all[0][0];
                 let expected = seen_share(radii);
                 assert!((light - expected).abs() < bound, "{points} points, {radii} radii: {light}, disc {expected}");
                 tried += 1;

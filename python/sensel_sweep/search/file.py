@@ -58,6 +58,12 @@ class Factor:
             return self.rounded(self.low * math.exp(share * math.log(self.high / self.low)))
         return self.rounded(self.low + share * (self.high - self.low))
 
+    def share(self, value: float) -> float:
+        """Where a value of a range lies in it, 0 to 1: what `at` makes the value of."""
+        if self.is_log:
+            return math.log(value / self.low) / math.log(self.high / self.low)
+        return (value - self.low) / (self.high - self.low)
+
     def rounded(self, value):
         """Whole, or four significant digits within the bounds: the last bits of a processor's arithmetic decide no design."""
         if not self.is_range:

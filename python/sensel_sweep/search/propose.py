@@ -12,12 +12,16 @@ import numpy
 import optuna
 from optuna.distributions import BaseDistribution, CategoricalDistribution, FloatDistribution, IntDistribution
 
-from .designs import Summary, Wanted
+from .designs import Summary, Wanted, front
 from .failure import Failure
 from .file import Factor, SearchFile
 
 # Share of a round's designs that are drawn evenly over the space: a sampler that saw few runs settles on what was lucky.
 EXPLORE_SHARE = 0.25
+# Share of a round's designs that lie beside the best ones known, once any keeps all constraints.
+NEAR_SHARE = 0.25
+# How far a range is moved at most, as a share of it.
+STEP_SHARE = 0.15
 # Asked again so often where a proposal is known already.
 TRIES = 20
 # Names of NSGA-II's generations in a study; a round is a generation.
@@ -105,6 +109,28 @@ def drawn(search: SearchFile, turn: int) -> Iterator[dict]:
         yield {factor.name: factor.at(float(share)) for factor, share in zip(search.factors, generator.random(len(search.factors)))}
 
 
+def moved(factor: Factor, value, generator: numpy.random.Generator):
+    """A value beside another: a step of a scale, up to a share of a range, or any other choice."""
+    if factor.is_range:
+        return factor.at(min(max(factor.share(value) + STEP_SHARE * (2.0 * generator.random() - 1.0), 0.0), 1.0))
+    at, last = factor.choices.index(value), len(factor.choices) - 1
+    beside = [one for one in (at - 1, at + 1) if 0 <= one <= last] if factor.is_scale else [one for one in range(last + 1) if one != at]
+    return factor.choices[beside[generator.integers(len(beside))]] if beside else value
+
+
+def beside_best(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: int) -> Iterator[dict]:
+    """Endless designs that differ from one of the best in one or two factors; none while no design keeps all constraints."""
+    generator = numpy.random.Generator(numpy.random.PCG64([seed_of(search, turn), 2]))
+    best = front(wish, summaries)
+    while best:
+        is_ = dict(best[generator.integers(len(best))].design.is_)
+        many = min(1 + int(generator.integers(2)), len(search.factors))
+        for at in generator.choice(len(search.factors), many, replace=False):
+            factor = search.factors[at]
+            is_[factor.name] = moved(factor, is_[factor.name], generator)
+        yield is_
+
+
 def asked(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: int) -> Iterator[dict]:
     """Endless proposals of Optuna's sampler."""
     study = study_of(search, wish, summaries, turn)
@@ -131,6 +157,8 @@ def proposals(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: 
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
-        take(asked(search, wish, summaries, turn), count - int(EXPLORE_SHARE * count))
+        take(asked(search, wish, summaries, turn), count - int(EXPLORE_SHARE * count) - int(NEAR_SHARE * count))
+        if kind(search) != "random":
+            take(beside_best(search, wish, summaries, turn), count - int(EXPLORE_SHARE * count))
     take(drawn(search, turn), count)
     return found

@@ -9,7 +9,7 @@ use super::super::light::{BANDS, luminance};
 use super::super::tracer::{Packet, Stack, blocked_through};
 use super::super::vectors::{dot, sub};
 use super::blockers::{Blocker, nearest};
-use super::fan::{ByGroup, GROUPS, LIFT_M, STEADY, fan, idle, set_ray};
+use super::fan::{ByGroup, GROUPS, Place, STEADY, fan, idle, set_ray};
 use super::settings::BakeSettings;
 use super::sources::{SOURCES_MAX, Source, SourceLight, sources};
 use crate::num::f32_nearest;
@@ -76,14 +76,14 @@ impl Aims {
         few
     }
 
-    /// Whether there is anything to aim at.
-    pub fn is_empty(&self) -> bool {
-        self.lamp_points.is_empty() && self.bulb_points.is_empty() && self.distant.is_empty()
+    /// Points and directions to aim at.
+    pub fn count(&self) -> usize {
+        self.lamp_points.len() + self.bulb_points.len() + self.distant.len()
     }
 
     /// Rays of a sample with the given number of sides.
     pub fn rays(&self, sides: usize) -> usize {
-        self.lamp_points.len() + self.bulb_points.len() + self.distant.len() + sides * self.fan.len()
+        self.count() + sides * self.fan.len()
     }
 }
 
@@ -93,10 +93,24 @@ struct ShadowRays<'a> {
     blockers: &'a [Blocker<'a>],
     stack: Stack,
     packet: Packet,
-    /// Side, group, light and source of each.
-    waiting: [(usize, usize, [f64; BANDS], Option<usize>); LANES],
+    waiting: [Waiting; LANES],
     lanes: usize,
-    light: [AimedLight; 2],
+    /// Of both sides of each place.
+    light: Vec<[AimedLight; 2]>,
+}
+
+/// What a shadow ray adds, if nothing is in its way.
+#[derive(Clone, Copy)]
+struct Waiting {
+    place: usize,
+    side: usize,
+    group: usize,
+    sent: [f64; BANDS],
+    source: Option<usize>,
+}
+
+impl Waiting {
+    const NONE: Self = Self { place: 0, side: 0, group: 0, sent: [0.0; BANDS], source: None };
 }
 
 /// Light that comes straight from what a bake aims at.
@@ -113,16 +127,16 @@ impl AimedLight {
 }
 
 impl ShadowRays<'_> {
-    fn push(&mut self, aimed: &Aimed, source: Option<usize>) {
+    fn push(&mut self, place: usize, aimed: &Aimed, source: Option<usize>) {
         if let Some(source) = source {
-            self.light[aimed.side].by_source[source].unoccluded += f32_nearest(luminance(aimed.sent));
+            self.light[place][aimed.side].by_source[source].unoccluded += f32_nearest(luminance(aimed.sent));
         }
         if aimed.cone == 0.0 {
             return;
         }
         set_ray(&mut self.packet, self.lanes, aimed.origin_m, aimed.direction, aimed.t_max);
         let sent = aimed.sent.map(|band| band * f64::from(aimed.cone));
-        self.waiting[self.lanes] = (aimed.side, aimed.group, sent, source);
+        self.waiting[self.lanes] = Waiting { place, side: aimed.side, group: aimed.group, sent, source };
         self.lanes += 1;
         if self.lanes == LANES {
             self.flush();
@@ -133,12 +147,13 @@ impl ShadowRays<'_> {
         let shadowed = blocked_through(&self.scene.bvh, &self.scene.mesh, &self.packet, &mut self.stack);
         let (nearest, t_max) = (nearest(self.blockers, &self.packet, &mut self.stack), self.packet.t_max);
         for lane in (0..self.lanes).filter(|&lane| !shadowed[lane] && nearest.0[lane] >= t_max.0[lane]) {
-            let (side, group, sent, source) = self.waiting[lane];
+            let Waiting { place, side, group, sent, source } = self.waiting[lane];
+            let light = &mut self.light[place][side];
             for band in 0..BANDS {
-                self.light[side].all[group][band] += sent[band];
+                light.all[group][band] += sent[band];
             }
             if let Some(source) = source {
-                self.light[side].by_source[source].received += f32_nearest(luminance(sent));
+                light.by_source[source].received += f32_nearest(luminance(sent));
             }
         }
         (self.packet, self.lanes) = (idle(), 0);
@@ -164,22 +179,14 @@ pub struct Aimed {
 
 /// The ray from a place, on the first or on both of its sides, towards the aim of a number; none where that is below the horizon.
 #[inline]
-pub fn aimed(
-    scene: &Scene,
-    (at_m, normal, sides): ([f32; 3], [f32; 3], usize),
-    aims: &Aims,
-    number: usize,
-) -> Option<Aimed> {
-    let lifted = |side: usize| -> [f32; 3] {
-        let lift = if side == 0 { LIFT_M } else { -LIFT_M };
-        [0, 1, 2].map(|axis| at_m[axis] + normal[axis] * lift)
-    };
+pub fn aimed(scene: &Scene, place: &Place, aims: &Aims, number: usize) -> Option<Aimed> {
+    let Place { at_m, normal, sides } = *place;
     let side_of = |position_m: [f32; 3]| usize::from(dot(sub(position_m, at_m), normal) < 0.0);
     let [lamps, bulbs] = [aims.lamp_points.len(), aims.bulb_points.len()];
     if number < lamps {
         let point = &aims.lamp_points[number];
         let side = side_of(point.position_m);
-        let origin_m = lifted(side);
+        let origin_m = place.lifted_m(side);
         let direction = sub(point.position_m, origin_m);
         let strength = disc_form_factor(normal, direction, point.normal, point.area_m2);
         let sent = point.radiance.map(|band| std::f64::consts::PI * f64::from(band) * strength);
@@ -189,7 +196,7 @@ pub fn aimed(
     } else if number < lamps + bulbs {
         let point = &aims.bulb_points[number - lamps];
         let side = side_of(point.position_m);
-        let origin_m = lifted(side);
+        let origin_m = place.lifted_m(side);
         let (strength, cone, enters) = point.toward(origin_m, normal).filter(|_| side < sides)?;
         let sent = point.intensity.map(|band| f64::from(band) * strength);
         let (direction, t_max) = (sub(point.position_m, origin_m), enters * AIM_SHARE);
@@ -199,35 +206,25 @@ pub fn aimed(
         let cos = f64::from(dot(light.direction, normal));
         let side = usize::from(cos < 0.0);
         let sent = light.normal_irradiance.map(|band| f64::from(band) * cos.abs());
-        let (origin_m, direction) = (lifted(side), light.direction);
+        let (origin_m, direction) = (place.lifted_m(side), light.direction);
         let ray = Aimed { origin_m, direction, t_max: f32::MAX, side, group: STEADY, sent, cone: 1.0 };
         (side < sides).then_some(ray)
     }
 }
 
-/// Makes the rays of a place towards all sources, each with its number among the aims.
-fn each_aimed(scene: &Scene, place: ([f32; 3], [f32; 3], usize), aims: &Aims, mut each: impl FnMut(usize, Aimed)) {
-    for number in 0..aims.lamp_points.len() + aims.bulb_points.len() + aims.distant.len() {
-        if let Some(ray) = aimed(scene, place, aims, number) {
-            each(number, ray);
+/// Light that lamps and bright directions send straight to the first or to both sides of places, past moving objects.
+pub fn aimed_light(scene: &Scene, places: &[Place], aims: &Aims, blockers: &[Blocker]) -> Vec<[AimedLight; 2]> {
+    let (stack, waiting) = (Stack::new(), [Waiting::NONE; LANES]);
+    let light = vec![[AimedLight::NONE; 2]; places.len()];
+    let mut shadows = ShadowRays { scene, blockers, stack, packet: idle(), waiting, lanes: 0, light };
+    for number in 0..aims.count() {
+        let source = aims.sources.iter().position(|source| source.holds(number));
+        for (number_of_place, place) in places.iter().enumerate() {
+            if let Some(aimed) = aimed(scene, place, aims, number) {
+                shadows.push(number_of_place, &aimed, source);
+            }
         }
     }
-}
-
-/// Light that lamps and bright directions send straight to the first or to both sides of a place, past moving objects.
-pub fn aimed_light(
-    scene: &Scene,
-    place: ([f32; 3], [f32; 3], usize),
-    aims: &Aims,
-    blockers: &[Blocker],
-) -> [AimedLight; 2] {
-    let (stack, waiting) = (Stack::new(), [(0, 0, [0.0; BANDS], None); LANES]);
-    let light = [AimedLight::NONE; 2];
-    let mut shadows = ShadowRays { scene, blockers, stack, packet: idle(), waiting, lanes: 0, light };
-    each_aimed(scene, place, aims, |number, aimed| {
-        let source = aims.sources.iter().position(|source| source.holds(number));
-        shadows.push(&aimed, source);
-    });
     if shadows.lanes > 0 {
         shadows.flush();
     }
@@ -237,11 +234,14 @@ pub fn aimed_light(
 /// Which of at most 16 aims a sample sees: a bit each.
 pub fn visible_aims(scene: &Scene, number: usize, aims: &Aims, stack: &mut Stack) -> u32 {
     let sample = &scene.layout.samples[number];
+    let place = Place { at_m: sample.position_m, normal: sample.normal, sides: sample.sides() };
     let (mut packet, mut above) = (idle(), 0_u32);
-    each_aimed(scene, (sample.position_m, sample.normal, sample.sides()), aims, |number, aimed| {
-        set_ray(&mut packet, number, aimed.origin_m, aimed.direction, aimed.t_max);
-        above |= 1 << number;
-    });
+    for number in 0..aims.count() {
+        if let Some(aimed) = aimed(scene, &place, aims, number) {
+            set_ray(&mut packet, number, aimed.origin_m, aimed.direction, aimed.t_max);
+            above |= 1 << number;
+        }
+    }
     if above == 0 {
         return 0;
     }

@@ -39,6 +39,29 @@ pub fn fan(rays: usize) -> Vec<[f32; 3]> {
     (0..rays).map(direction).collect()
 }
 
+/// A place on a surface whose light is looked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    pub at_m: [f32; 3],
+    /// Unit normal of the first side.
+    pub normal: [f32; 3],
+    /// Sides that are lit.
+    pub sides: usize,
+}
+
+impl Place {
+    /// Unit normal of a side.
+    pub fn normal_of(&self, side: usize) -> [f32; 3] {
+        if side == 0 { self.normal } else { self.normal.map(|x| -x) }
+    }
+
+    /// Where rays of a side start: just above the surface.
+    pub fn lifted_m(&self, side: usize) -> [f32; 3] {
+        let lift_m = if side == 0 { LIFT_M } else { -LIFT_M };
+        [0, 1, 2].map(|axis| self.at_m[axis] + self.normal[axis] * lift_m)
+    }
+}
+
 pub fn idle() -> Packet {
     let zero = Floats::splat(0.0);
     Packet { origin_m: [zero; 3], direction: [Floats::splat(1.0), zero, zero], t_min: zero, t_max: Floats::splat(-1.0) }

@@ -9,6 +9,9 @@ use super::fan::GROUPS;
 use super::rays::{Mirrored, SideLight, gather};
 use crate::num::{f32_nearest, f64_from_usize, greater, index, u32_from};
 
+/// Random rays that are traced together, about: enough for packets of one direction, and few enough to stay in the cache.
+const BATCH_RAYS: usize = 4_096;
+
 /// Of some samples. Lists of all sides lie one behind another, because separate lists would take more memory than their entries.
 #[derive(Clone, Debug, Default)]
 pub struct Gathered {
@@ -42,11 +45,16 @@ impl Gathered {
     pub fn of(scene: &Scene, aims: &[Aims; 2], bounces: bool, samples: &[u32]) -> Self {
         let by_source = vec![Vec::with_capacity(2 * samples.len()); aims[0].sources.len()];
         let mut all = Self { samples: samples.to_vec(), by_source, ..Self::default() };
-        for number in samples.iter().map(|&sample| index(sample)) {
-            let aims = &aims[usize::from(scene.layout.samples[number].on_grid)];
+        let is_on_grid = |&sample: &u32| scene.layout.samples[index(sample)].on_grid;
+        for alike in samples.chunk_by(|a, b| is_on_grid(a) == is_on_grid(b)) {
+            let aims = &aims[usize::from(is_on_grid(&alike[0]))];
             let rays = if bounces { aims.fan.len() } else { 0 };
-            for seen in gather(scene, aims, number) {
-                all.push(&seen, rays, !scene.flickering.is_empty());
+            // Vertices have normals of all kinds: their rays have too little in common.
+            let batch = if is_on_grid(&alike[0]) { (BATCH_RAYS / aims.fan.len().max(1)).max(1) } else { 1 };
+            for neighbours in alike.chunks(batch) {
+                for seen in gather(scene, aims, neighbours).as_flattened() {
+                    all.push(seen, rays, !scene.flickering.is_empty());
+                }
             }
         }
         all.met.shrink_to_fit();

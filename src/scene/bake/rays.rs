@@ -7,12 +7,13 @@ use super::super::geometry::Scene;
 use super::super::lanes::LANES;
 use super::super::light::{BANDS, Bands};
 use super::super::mesh::Material;
-use super::super::tracer::{Hits, MISS, Packet, Stack, closest_through};
+use super::super::tracer::{MISS, Stack, closest_through};
 use super::super::vectors::{dot, unit};
 use super::aims::{AimedLight, Aims, aimed_light};
-use super::blockers::{Blocker, nearest};
+use super::batch::{self, Hit};
+use super::blockers::Blocker;
 use super::fan::FLICKERING;
-pub use super::fan::{ByGroup, GROUPS, LIFT_M, STEADY, idle, set_ray};
+pub use super::fan::{ByGroup, GROUPS, LIFT_M, Place, STEADY, idle, set_ray};
 use super::sources::{SOURCES_MAX, SourceLight};
 use crate::num::{f64_from_usize, index, low_u16, u32_from, u32_truncated_f32};
 
@@ -58,19 +59,14 @@ impl Mirrored {
     }
 }
 
-/// Traces all rays of a sample. The back of a one-sided surface is not traced.
-pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [SideLight; 2] {
-    let sample = &scene.layout.samples[number];
-    let aimed = aimed_light(scene, (sample.position_m, sample.normal, sample.sides()), aims, &[]);
-    let mut side = 0;
-    aimed.map(|AimedLight { all: mut direct, by_source }| {
-        let is_lit = side < sample.sides();
-        let normal = if side == 0 { sample.normal } else { sample.normal.map(|x| -x) };
-        side += 1;
-        if !is_lit {
-            return SideLight { direct, by_source, bounced: Bounced::default(), is_lit, is_buried: false };
-        }
-        let bounced = bounce_rays(scene, (sample.position_m, normal), &aims.fan, &[]);
+/// Traces all rays of neighbouring samples: the light of both sides of each. The back of a one-sided surface is not traced.
+pub fn gather(scene: &Scene, aims: &Aims, samples: &[u32]) -> Vec<[SideLight; 2]> {
+    let place = |&number: &u32| {
+        let sample = &scene.layout.samples[index(number)];
+        Place { at_m: sample.position_m, normal: sample.normal, sides: sample.sides() }
+    };
+    let places: Vec<Place> = samples.iter().map(place).collect();
+    let lit = |AimedLight { all: mut direct, by_source }, bounced: Bounced, is_lit| {
         for group in 0..GROUPS {
             for band in 0..BANDS {
                 direct[group][band] += bounced.seen[group][band];
@@ -78,7 +74,12 @@ pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [SideLight; 2] {
         }
         let is_buried = 8 * bounced.backs > aims.fan.len();
         SideLight { direct, by_source, bounced, is_lit, is_buried }
-    })
+    };
+    let aimed = aimed_light(scene, &places, aims, &[]);
+    let bounced = bounce_rays(scene, &places, &aims.fan, &[]);
+    let each = places.iter().zip(aimed.into_iter().zip(bounced));
+    each.map(|(place, ([above, below], [front, back]))| [lit(above, front, true), lit(below, back, place.sides > 1)])
+        .collect()
 }
 
 /// Light of the random rays of one side.
@@ -106,52 +107,48 @@ struct Path {
     weight: Bands,
 }
 
-/// Cosine-weighted rays of one side of a place along the directions of a fan.
-pub fn bounce_rays(
-    scene: &Scene,
-    (at_m, normal): ([f32; 3], [f32; 3]),
-    fan: &[[f32; 3]],
-    blockers: &[Blocker],
-) -> Bounced {
-    let origin: [f32; 3] = [0, 1, 2].map(|axis| at_m[axis] + normal[axis] * LIFT_M);
-    let sides = frame(normal);
-    let mut bounced = Bounced { met: Vec::with_capacity(fan.len()), ..Bounced::default() };
-    let (mut stack, mut paths) = (Stack::new(), Vec::new());
-    for directions in fan.chunks_exact(LANES) {
-        let mut packet = idle();
-        for (lane, &local) in directions.iter().enumerate() {
-            set_ray(&mut packet, lane, origin, turned(local, &sides, normal), f32::MAX);
-        }
-        let hits = closest_through(&scene.bvh, &scene.mesh, &packet, &mut stack);
-        let nearest = nearest(blockers, &Packet { t_max: hits.t, ..packet }, &mut stack);
-        for lane in 0..LANES {
-            if nearest.0[lane] < hits.t.0[lane] {
+/// Cosine-weighted rays of both sides of neighbouring places along the directions of a fan: what they met. A side that is not lit has none.
+pub fn bounce_rays(scene: &Scene, places: &[Place], fan: &[[f32; 3]], blockers: &[Blocker]) -> Vec<[Bounced; 2]> {
+    let sides = || places.iter().enumerate().flat_map(|(place, of)| (0..of.sides).map(move |side| (place, side)));
+    let origins_m: Vec<[f32; 3]> = sides().map(|(place, side)| places[place].lifted_m(side)).collect();
+    let turns = sides().map(|(place, side)| places[place].normal_of(side)).map(|normal| (frame(normal), normal));
+    let turns: Vec<_> = turns.collect();
+    let all_turned = |&local: &[f32; 3]| turns.iter().map(move |(sides, normal)| turned(local, sides, *normal));
+    let directions: Vec<[f32; 3]> = fan.iter().flat_map(all_turned).collect();
+    let hits = batch::trace(scene, &origins_m, &directions, blockers);
+    let share = std::f64::consts::PI / f64_from_usize(fan.len().max(1));
+    let mut all = vec![<[Bounced; 2]>::default(); places.len()];
+    let mut stack = Stack::new();
+    for (number, (place, side)) in sides().enumerate() {
+        let bounced = &mut all[place][side];
+        bounced.met.reserve_exact(fan.len());
+        let mut paths = Vec::new();
+        for ray in (number..hits.len()).step_by(origins_m.len()) {
+            if hits[ray].is_blocked {
                 bounced.blocked += 1;
                 continue;
             }
-            let direction = [0, 1, 2].map(|axis| packet.direction[axis].0[lane]);
-            let end = scene.end_of(&hits, lane, direction);
+            let end = scene.end_of(&hits[ray], directions[ray]);
             let glow = if end.is_aimed { [0.0; BANDS] } else { end.light };
             for band in 0..BANDS {
                 let glow = f64::from(glow[band]);
                 bounced.seen[end.group][band] += glow;
                 bounced.squares[end.group][band] += glow * glow;
             }
-            let path = Path { origin_m: origin, direction, weight: [1.0; BANDS] };
+            let path = Path { origin_m: origins_m[number], direction: directions[ray], weight: [1.0; BANDS] };
             match (end.mirror, end.place) {
                 (Some(mirror), Some(place)) => {
-                    paths.extend(mirror.reflected(scene, &path, hits.t.0[lane], place, &mut bounced));
+                    paths.extend(mirror.reflected(scene, &path, hits[ray].t, place, bounced));
                 }
                 (None, Some(place)) => bounced.met.push(place),
                 (_, None) => bounced.backs += usize::from(!end.is_sky),
             }
         }
+        follow(scene, paths, bounced, &mut stack);
+        bounced.seen = bounced.seen.map(|light| light.map(|sum| sum * share));
+        bounced.squares = bounced.squares.map(|light| light.map(|sum| sum * share * share));
     }
-    follow(scene, paths, &mut bounced, &mut stack);
-    let share = std::f64::consts::PI / f64_from_usize(fan.len().max(1));
-    bounced.seen = bounced.seen.map(|light| light.map(|sum| sum * share));
-    bounced.squares = bounced.squares.map(|light| light.map(|sum| sum * share * share));
-    bounced
+    all
 }
 
 /// Rays of a sample that must find the picture of lamps in mirrors before it counts: fewer would be specks of light, each some lamp
@@ -172,7 +169,7 @@ fn follow(scene: &Scene, mut paths: Vec<Path>, bounced: &mut Bounced, stack: &mu
             }
             let hits = closest_through(&scene.bvh, &scene.mesh, &packet, stack);
             for (lane, path) in group.iter().enumerate() {
-                let end = scene.end_of(&hits, lane, path.direction);
+                let end = scene.end_of(&Hit::of(&hits, lane), path.direction);
                 found += usize::from(end.is_aimed && end.light.iter().any(|&band| band > 0.0));
                 let light = if end.is_aimed { &mut pictures } else { &mut bounced.seen };
                 for band in 0..BANDS {
@@ -237,8 +234,8 @@ impl Mirror {
 impl Scene {
     /// What a ray met: the nearest sample on the side it came from, the light emitted there, and whether it
     /// goes on. Taking the nearest of three samples instead of their mean moves light by half a spacing and loses none.
-    fn end_of(&self, hits: &Hits, lane: usize, direction: [f32; 3]) -> End {
-        let triangle = hits.triangle[lane];
+    fn end_of(&self, hit: &Hit, direction: [f32; 3]) -> End {
+        let (triangle, [u, v]) = (hit.triangle, hit.weights);
         if triangle == MISS {
             let light = self.soft_sky(direction);
             return End { place: None, is_sky: true, is_aimed: false, group: STEADY, light, mirror: None };
@@ -252,7 +249,7 @@ impl Scene {
             return End { place: None, is_sky: false, is_aimed: false, group: STEADY, light, mirror: None };
         }
         let mut nearest = (0, f32::MIN);
-        for (sample, weight) in shade.around(hits.u.0[lane], hits.v.0[lane]) {
+        for (sample, weight) in shade.around(u, v) {
             if weight > nearest.1 {
                 nearest = (sample, weight);
             }
@@ -266,7 +263,7 @@ impl Scene {
         let place = Some(u32_from(2 * nearest.0 + usize::from(back)));
         let (group, is_aimed) = (self.group_of(shade.material), self.lamps.are_aimed_at(shade.material));
         let cone = material.bulb.and_then(|bulb| bulb.cone);
-        let emission = self.mesh.emission_at(triangle, [hits.u.0[lane], hits.v.0[lane]]);
+        let emission = self.mesh.emission_at(triangle, [u, v]);
         let light = cone.map_or(emission, |cone| {
             let share = cone.share(direction.map(|x| -x));
             emission.map(|band| band * share)

@@ -372,7 +372,7 @@ impl<'a> WaveRefinement<'a> {
 
     /// Finds which of some aims all samples of cells see.
     fn probe<'b>(&mut self, cells: impl Iterator<Item = &'b GridCell>) {
-        if self.probes.is_empty() {
+        if self.probes.count() == 0 {
             return;
         }
         let mut asked = Vec::new();

@@ -2,6 +2,7 @@
 
 use super::super::bake::Source;
 use super::super::bake::aims::{Aimed, aimed};
+use super::super::bake::rays::Place;
 use super::super::light::luminance;
 use super::super::vectors::dot;
 use super::data::LitScene;
@@ -53,7 +54,7 @@ impl LitScene {
     ) -> Option<Aimed> {
         let Source { first, count, .. } = shadows.aims.sources[index(source)];
         let chosen = first + below(count, number)?;
-        let ray = aimed(&self.scene, (at_m, normal, 1), &shadows.aims, chosen)?;
+        let ray = aimed(&self.scene, &Place { at_m, normal, sides: 1 }, &shadows.aims, chosen)?;
         let length2 = dot(ray.direction, ray.direction);
         let cos = dot(ray.direction, normal);
         (cos > 0.0 && cos * cos > GRAZING * GRAZING * length2).then_some(ray)
@@ -77,7 +78,12 @@ impl LitScene {
         let mut points = [None; QUARTERS];
         let (mut sent, mut sum) = ([0.0; QUARTERS], 0.0);
         for at in 0..QUARTERS {
-            points[at] = aimed(&self.scene, (at_m, normal, 1), &shadows.aims, of_source.first + at * quarter + within);
+            points[at] = aimed(
+                &self.scene,
+                &Place { at_m, normal, sides: 1 },
+                &shadows.aims,
+                of_source.first + at * quarter + within,
+            );
             sent[at] = points[at].map_or(0.0, |ray| f32_nearest(luminance(ray.sent)));
             sum += sent[at];
         }
