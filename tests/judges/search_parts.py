@@ -1,5 +1,6 @@
 """Parts of a search against closed forms and against Optuna's own hypervolume."""
 
+import itertools
 import json
 import math
 import random
@@ -9,7 +10,7 @@ from pathlib import Path
 
 import numpy
 from optuna._hypervolume import compute_hypervolume
-from sensel_sweep.search import beside, file, rungs
+from sensel_sweep.search import beside, file, propose, rungs
 from sensel_sweep.search.batch import Result, Run
 from sensel_sweep.search.designs import Design, Wanted, excess_of, front, hypervolume, summary
 from sensel_sweep.search.file import Objective, constraint
@@ -95,6 +96,28 @@ def a_race_keeps_what_may_be_best():
     assert kept == {40, 41}, kept
 
 
+def designs_beside_the_best_stay_in_the_space():
+    factors = SEARCH.factors
+    generator = numpy.random.Generator(numpy.random.PCG64(4))
+    is_ = {factor.name: factor.at(0.5) for factor in factors}
+    known = replace(design(0, [result(10.0, 0.01)]), is_=is_)
+    worse = replace(design(1, [result(20.0, 0.02)]), is_={factor.name: factor.at(0.99) for factor in factors})
+    summaries = [summary(WISH, known), summary(WISH, worse)]
+    for proposed in itertools.islice(propose.beside_best(SEARCH, WISH, summaries, 3), 200):
+        assert sum(proposed[name] != value for name, value in is_.items()) <= 2, proposed
+        for factor in factors:
+            inside = factor.low <= proposed[factor.name] <= factor.high if factor.is_range else proposed[factor.name] in factor.choices
+            assert inside, (factor.name, proposed)
+    for factor in factors:
+        for share in (0.0, 0.3, 0.999):
+            value = factor.at(share)
+            # Rounding to whole numbers, or to four digits, moves a value by less than a twentieth of these ranges.
+            assert not factor.is_range or abs(factor.share(value) - share) < 0.05, (factor.name, share)
+            assert factor.is_range or not factor.is_scale or propose.moved(factor, value, generator) != value
+    lost = summary(WISH, replace(design(2, [result(5.0, 0.01, tracked=0.5)]), is_=is_))
+    assert list(propose.beside_best(SEARCH, WISH, [lost], 3)) == []
+
+
 def files_are_read():
     root = Path(__file__).parents[2]
     for name, factors in (("hall_power", 8), ("hall_night_power", 8), ("pose_2mw", 9), ("runner_shutter", 6)):
@@ -152,7 +175,8 @@ def fronts_move_by_more_than_intervals_or_not():
 def main():
     compared = volumes_agree()
     checks = [a_lost_track_is_no_number, shares_pick_the_run, intervals_are_exact, noise_is_what_shifts_leave]
-    checks += [a_race_keeps_what_may_be_best, files_are_read, a_rung_is_judged_by_ranks, fronts_move_by_more_than_intervals_or_not]
+    checks += [designs_beside_the_best_stay_in_the_space, a_race_keeps_what_may_be_best, files_are_read, a_rung_is_judged_by_ranks]
+    checks += [fronts_move_by_more_than_intervals_or_not]
     for check in checks:
         check()
     print(json.dumps({"volumes": compared, "checks": len(checks)}))

@@ -84,3 +84,44 @@ fn by_direction(directions: &[[f32; 3]]) -> Vec<u32> {
     }
     sorted
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::box_room::box_room;
+    use super::super::super::chance::pair;
+    use super::*;
+    use crate::draw::DrawKey;
+    use crate::num::{f32_nearest, u64_from};
+
+    #[test]
+    fn a_ray_meets_the_same_in_a_batch_and_alone() {
+        let scene = box_room(3);
+        let number = |ray: usize, axis: usize| {
+            let [a, _] = pair(DrawKey::root(31).with(u64_from(ray)), u64_from(axis));
+            f32_nearest(2.0 * a - 1.0)
+        };
+        // Three places by 50 directions, some of them along an axis.
+        let origins_m: Vec<[f32; 3]> =
+            (0..3).map(|place| [number(place, 3), 1.5 + 0.5 * number(place, 4), number(place, 5)]).collect();
+        let direction = |ray: usize| {
+            let mut direction = [0, 1, 2].map(|axis| number(ray, axis));
+            if ray.is_multiple_of(7) {
+                direction[ray % 3] = 0.0;
+            }
+            direction
+        };
+        let directions: Vec<[f32; 3]> = (0..150).map(direction).collect();
+        let mut sorted = by_direction(&directions);
+        let cells: Vec<usize> = sorted.iter().map(|&ray| cell(directions[index(ray)])).collect();
+        assert!(cells.is_sorted() && cells[0] < cells[149]);
+        let hits = trace(&scene, &origins_m, &directions, &[]);
+        for ray in 0..150 {
+            let alone = trace(&scene, &[origins_m[ray % 3]], &[directions[ray]], &[])[0];
+            let bits = |hit: &Hit| (hit.t.to_bits(), hit.triangle, hit.weights.map(f32::to_bits), hit.is_blocked);
+            assert_eq!(bits(&hits[ray]), bits(&alone), "ray {ray}");
+            assert!(alone.triangle != MISS, "the room is closed");
+        }
+        sorted.sort_unstable();
+        assert!(sorted.into_iter().eq(0..150), "each ray once");
+    }
+}
