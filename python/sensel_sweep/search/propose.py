@@ -157,8 +157,11 @@ def proposals(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: 
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
-        take(asked(search, wish, summaries, turn), count - int(EXPLORE_SHARE * count) - int(NEAR_SHARE * count))
-        if kind(search) != "random":
-            take(beside_best(search, wish, summaries, turn), count - int(EXPLORE_SHARE * count))
+        guided = count - int(EXPLORE_SHARE * count)
+        if kind(search) == "random":
+            take(asked(search, wish, summaries, turn), guided)
+        else:
+            take(asked(search, wish, summaries, turn), guided - int(NEAR_SHARE * count))
+            take(beside_best(search, wish, summaries, turn), guided)
     take(drawn(search, turn), count)
     return found
