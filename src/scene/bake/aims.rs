@@ -233,8 +233,7 @@ pub fn aimed_light(scene: &Scene, places: &[Place], aims: &Aims, blockers: &[Blo
 
 /// Which of at most 16 aims a sample sees: a bit each.
 pub fn visible_aims(scene: &Scene, number: usize, aims: &Aims, stack: &mut Stack) -> u32 {
-    let sample = &scene.layout.samples[number];
-    let place = Place { at_m: sample.position_m, normal: sample.normal, sides: sample.sides() };
+    let place = Place::of(&scene.layout.samples[number]);
     let (mut packet, mut above) = (idle(), 0_u32);
     for number in 0..aims.count() {
         if let Some(aimed) = aimed(scene, &place, aims, number) {

@@ -5,6 +5,7 @@
 use super::super::chance::{cosine_direction, pair};
 use super::super::lanes::{Floats, LANES};
 use super::super::light::BANDS;
+use super::super::samples::IrradianceSample;
 use super::super::tracer::Packet;
 use crate::draw::DrawKey;
 use crate::num::{f64_from_usize, u64_from};
@@ -28,7 +29,7 @@ pub fn fan(rays: usize) -> Vec<[f32; 3]> {
     let (rings, sectors) = strata(rays);
     let key = DrawKey::root(BOUNCE_DRAWS);
     let direction = |ray: usize| {
-        // A packet is a few rings by four neighbouring sectors, so that its rays stay close together.
+        // Sixteen neighbours of the list are a few rings by four sectors, so that rays of one place stay close together.
         let (block, lane) = (ray / LANES, ray % LANES);
         let ring = PACKET_RINGS * (block / (sectors / 4)) + lane / 4;
         let sector = 4 * (block % (sectors / 4)) + lane % 4;
@@ -50,6 +51,11 @@ pub struct Place {
 }
 
 impl Place {
+    /// Of a sample.
+    pub fn of(sample: &IrradianceSample) -> Self {
+        Self { at_m: sample.position_m, normal: sample.normal, sides: sample.sides() }
+    }
+
     /// Unit normal of a side.
     pub fn normal_of(&self, side: usize) -> [f32; 3] {
         if side == 0 { self.normal } else { self.normal.map(|x| -x) }

@@ -61,11 +61,7 @@ impl Mirrored {
 
 /// Traces all rays of neighbouring samples: the light of both sides of each. The back of a one-sided surface is not traced.
 pub fn gather(scene: &Scene, aims: &Aims, samples: &[u32]) -> Vec<[SideLight; 2]> {
-    let place = |&number: &u32| {
-        let sample = &scene.layout.samples[index(number)];
-        Place { at_m: sample.position_m, normal: sample.normal, sides: sample.sides() }
-    };
-    let places: Vec<Place> = samples.iter().map(place).collect();
+    let places: Vec<Place> = samples.iter().map(|&number| Place::of(&scene.layout.samples[index(number)])).collect();
     let lit = |AimedLight { all: mut direct, by_source }, bounced: Bounced, is_lit| {
         for group in 0..GROUPS {
             for band in 0..BANDS {
