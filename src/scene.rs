@@ -13,6 +13,8 @@ pub mod build;
 pub mod bulb;
 pub mod bvh;
 mod chance;
+#[cfg(feature = "gltf")]
+mod closed;
 pub mod columns;
 pub mod cut_out;
 pub mod environment;

@@ -3,13 +3,19 @@
 //! Editors export materials as two-sided unless told otherwise. A bake spends rays on the inside of every crate, and takes samples of
 //! the floor under the crate for dark places in the open, since nothing tells an unlit room from the inside of a thing.
 
-use super::mesh::{Material, Mesh, area_m2, pushed};
+use glam::DVec3;
+
+use super::mesh::{Material, Mesh, pushed};
 use crate::num::{index, u32_from};
 
 /// Least volume of a closed surface over the power 3/2 of its area (a ball has 0.094): below it, rounding decides the sign.
 const VOLUME_MIN: f64 = 1e-9;
 
-/// Marks one-sided the opaque surfaces that are closed, have their fronts outside and hold no lamp. No ray changes what it brings.
+/// Triangles that are asked whether something lies within them, at most: about a second. Beyond that a surface stays as it is.
+const TRIED_MAX: usize = 20_000_000;
+
+/// Marks one-sided the opaque surfaces that are closed, have their fronts outside and hold no other surface: what holds something is a
+/// room that a camera may stand in.
 ///
 /// A surface is what is connected at equal positions of corners. It is closed where as many triangles run along each edge one way as
 /// the other way.
@@ -19,6 +25,29 @@ pub fn make_closed_surfaces_one_sided(mesh: &mut Mesh) {
     if !mesh.materials.iter().any(|material| material.double_sided && stops_light(material)) {
         return;
     }
+    let surfaces = surfaces(mesh, stops_light);
+    let mut tried = 0;
+    let mut is_hidden = vec![false; mesh.triangles.len()];
+    for (number, surface) in surfaces.iter().enumerate() {
+        if surface.is_closed && !surface.holds_any(mesh, &surfaces, number, &mut tried) {
+            surface.triangles.iter().for_each(|&triangle| is_hidden[index(triangle)] = true);
+        }
+    }
+    mark(mesh, |triangle| is_hidden[triangle]);
+}
+
+/// Triangles that are connected.
+#[derive(Clone, Debug)]
+struct Surface {
+    triangles: Vec<u32>,
+    low_m: DVec3,
+    high_m: DVec3,
+    /// Whether it is opaque, closed, does not shine, and has its fronts outside.
+    is_closed: bool,
+}
+
+/// All surfaces, by their least coordinate along x.
+fn surfaces(mesh: &Mesh, stops_light: impl Fn(&Material) -> bool) -> Vec<Surface> {
     let place_of = places(mesh);
     let corners = |triangle: usize| mesh.triangles[triangle].map(|corner| place_of[index(corner)]);
     let mut roots: Vec<u32> = (0..u32_from(mesh.vertices.len())).collect();
@@ -27,74 +56,80 @@ pub fn make_closed_surfaces_one_sided(mesh: &mut Mesh) {
         join(&mut roots, a, b);
         join(&mut roots, a, c);
     }
-    let mut surfaces: Vec<Option<Surface>> = vec![None; mesh.vertices.len()];
-    let mut root_of = Vec::with_capacity(mesh.triangles.len());
-    let mut edges = Vec::with_capacity(3 * mesh.triangles.len());
-    for triangle in 0..mesh.triangles.len() {
-        let [a, b, c] = corners(triangle);
-        let root = root(&mut roots, a);
-        root_of.push(root);
-        edges.extend([(a, b), (b, c), (c, a)].map(|(from, to)| (from.min(to), from.max(to), from < to)));
-        let material = &mesh.materials[index(mesh.material_of[triangle])];
-        let surface = surfaces[index(root)].get_or_insert_with(|| Surface::at(mesh.corners_m(triangle)[0]));
-        surface.add(mesh.corners_m(triangle));
-        surface.stops_light &= stops_light(material);
-    }
-    edges.sort_unstable();
-    for edge in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-        let forward = edge.iter().filter(|(_, _, is_forward)| *is_forward).count();
-        if 2 * forward != edge.len() {
-            let root = root(&mut roots, edge[0].0);
-            surfaces[index(root)].iter_mut().for_each(|surface| surface.stops_light = false);
-        }
-    }
-    let lamps_m = lamp_corners_m(mesh);
-    let is_hidden: Vec<bool> = surfaces
-        .iter()
-        .map(|surface| surface.as_ref().is_some_and(|surface| surface.hides_its_inside(&lamps_m)))
+    let mut by_root: Vec<(u32, u32)> = (0..mesh.triangles.len())
+        .map(|triangle| (root(&mut roots, corners(triangle)[0]), u32_from(triangle)))
         .collect();
-    mark(mesh, |triangle| is_hidden[index(root_of[triangle])]);
+    by_root.sort_unstable();
+    let surface = |own: &[(u32, u32)]| {
+        let triangles: Vec<u32> = own.iter().map(|&(_, triangle)| triangle).collect();
+        let (mut low_m, mut high_m) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for corner_m in triangles.iter().flat_map(|&triangle| corners_m(mesh, triangle)) {
+            (low_m, high_m) = (low_m.min(corner_m), high_m.max(corner_m));
+        }
+        let material = |&triangle: &u32| &mesh.materials[index(mesh.material_of[index(triangle)])];
+        let is_closed = triangles.iter().map(material).all(&stops_light)
+            && is_balanced(triangles.iter().map(|&triangle| corners(index(triangle))))
+            && has_its_fronts_outside(triangles.iter().map(|&triangle| corners_m(mesh, triangle)), low_m);
+        Surface { triangles, low_m, high_m, is_closed }
+    };
+    let mut surfaces: Vec<Surface> = by_root.chunk_by(|a, b| a.0 == b.0).map(surface).collect();
+    surfaces.sort_by(|a, b| a.low_m.x.total_cmp(&b.low_m.x));
+    surfaces
 }
 
-/// What the triangles of a surface say together.
-#[derive(Clone, Debug)]
-struct Surface {
-    origin_m: [f32; 3],
-    low_m: [f32; 3],
-    high_m: [f32; 3],
-    /// Six times the volume within, above 0 with the fronts outside.
-    six_volumes_m3: f64,
-    area_m2: f64,
-    /// Whether it is opaque, does not shine and, as far as is known, is closed.
-    stops_light: bool,
+fn corners_m(mesh: &Mesh, triangle: u32) -> [DVec3; 3] {
+    mesh.corners_m(index(triangle)).map(|corner_m| DVec3::from(corner_m.map(f64::from)))
+}
+
+/// Whether as many triangles run along each edge one way as the other way.
+fn is_balanced(triangles: impl Iterator<Item = [u32; 3]>) -> bool {
+    let ways = triangles.flat_map(|[a, b, c]| [(a, b), (b, c), (c, a)]);
+    let mut edges: Vec<(u32, u32, bool)> = ways.map(|(from, to)| (from.min(to), from.max(to), from < to)).collect();
+    edges.sort_unstable();
+    edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).all(|edge| {
+        let forward = edge.iter().filter(|(_, _, is_forward)| *is_forward).count();
+        2 * forward == edge.len()
+    })
+}
+
+/// Whether the triangles, which make a closed surface, have a volume behind them. Numbers stay small around a point `near_m` them.
+fn has_its_fronts_outside(triangles: impl Iterator<Item = [DVec3; 3]>, near_m: DVec3) -> bool {
+    let (mut volume_m3, mut area_m2) = (0.0, 0.0);
+    for corners_m in triangles {
+        let [a, b, c] = corners_m.map(|corner_m| corner_m - near_m);
+        volume_m3 += a.dot(b.cross(c)) / 6.0;
+        area_m2 += 0.5 * (b - a).cross(c - a).length();
+    }
+    volume_m3 > VOLUME_MIN * area_m2 * area_m2.sqrt()
 }
 
 impl Surface {
-    fn at(origin_m: [f32; 3]) -> Self {
-        Self { origin_m, low_m: origin_m, high_m: origin_m, six_volumes_m3: 0.0, area_m2: 0.0, stops_light: true }
-    }
-
-    fn add(&mut self, corners_m: [[f32; 3]; 3]) {
-        for corner_m in corners_m {
-            for axis in 0..3 {
-                self.low_m[axis] = self.low_m[axis].min(corner_m[axis]);
-                self.high_m[axis] = self.high_m[axis].max(corner_m[axis]);
+    /// Whether another surface lies within it, by the middle of that one's box. `surfaces` are by their least x; `tried` counts
+    /// triangles.
+    fn holds_any(&self, mesh: &Mesh, surfaces: &[Self], own: usize, tried: &mut usize) -> bool {
+        let first = surfaces.partition_point(|other| other.low_m.x < self.low_m.x);
+        let others = surfaces.iter().enumerate().skip(first).take_while(|(_, other)| other.low_m.x <= self.high_m.x);
+        others.filter(|&(number, _)| number != own).any(|(_, other)| {
+            let is_in_box = self.low_m.cmple(other.low_m).all() && other.high_m.cmple(self.high_m).all();
+            if !is_in_box {
+                return false;
             }
-        }
-        let origin_m = glam::Vec3::from(self.origin_m).as_dvec3();
-        let [a, b, c] = corners_m.map(|corner_m| glam::Vec3::from(corner_m).as_dvec3() - origin_m);
-        self.six_volumes_m3 += a.dot(b.cross(c));
-        self.area_m2 += f64::from(area_m2(corners_m));
+            *tried += self.triangles.len();
+            *tried > TRIED_MAX || self.winding_number(mesh, 0.5 * (other.low_m + other.high_m)) > 0.5
+        })
     }
 
-    /// Whether no light starts within. A lamp in the surface's box counts as within. `lamps_m` are sorted.
-    fn hides_its_inside(&self, lamps_m: &[[f32; 3]]) -> bool {
-        let holds =
-            |at_m: &[f32; 3]| (0..3).all(|axis| self.low_m[axis] <= at_m[axis] && at_m[axis] <= self.high_m[axis]);
-        let first = lamps_m.partition_point(|at_m| at_m[0] < self.low_m[0]);
-        let mut beside = lamps_m[first..].iter().take_while(|at_m| at_m[0] <= self.high_m[0]);
-        let least_m3 = VOLUME_MIN * self.area_m2 * self.area_m2.sqrt();
-        self.stops_light && self.six_volumes_m3 / 6.0 > least_m3 && !beside.any(holds)
+    /// How often the surface goes around a point: 1 within, 0 outside (the sum of the triangles' solid angles: van Oosterom and Strackee,
+    /// IEEE Transactions on Biomedical Engineering 30, 1983).
+    fn winding_number(&self, mesh: &Mesh, at_m: DVec3) -> f64 {
+        let mut solid_angle_sr = 0.0;
+        for &triangle in &self.triangles {
+            let [a, b, c] = corners_m(mesh, triangle).map(|corner_m| corner_m - at_m);
+            let [la, lb, lc] = [a, b, c].map(DVec3::length);
+            let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+            solid_angle_sr += 2.0 * libm::atan2(a.dot(b.cross(c)), below);
+        }
+        solid_angle_sr / (4.0 * std::f64::consts::PI)
     }
 }
 
@@ -123,15 +158,6 @@ fn root(roots: &mut [u32], mut place: u32) -> u32 {
 fn join(roots: &mut [u32], a: u32, b: u32) {
     let [a, b] = [a, b].map(|place| root(roots, place));
     roots[index(a.max(b))] = a.min(b);
-}
-
-/// Corners of everything that shines, sorted.
-fn lamp_corners_m(mesh: &Mesh) -> Vec<[f32; 3]> {
-    let shines = |triangle: &usize| mesh.materials[index(mesh.material_of[*triangle])].is_emissive();
-    let mut corners_m: Vec<_> =
-        (0..mesh.triangles.len()).filter(shines).flat_map(|triangle| mesh.corners_m(triangle)).collect();
-    corners_m.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
-    corners_m
 }
 
 /// Gives some triangles one-sided materials. A material whose triangles are all among them is changed, others are copied.
@@ -209,17 +235,34 @@ mod tests {
     }
 
     #[test]
-    fn a_room_with_a_lamp_in_it_stays_two_sided_and_what_stands_in_it_does_not() {
+    fn a_room_stays_two_sided_and_what_stands_in_it_or_under_a_table_does_not() {
         let mut mesh = Mesh::default();
-        let room = with_faces(&mut mesh, [-4.0; 3], false, 0);
-        for corners_m in cube([-4.0; 3], [4.0; 3], false) {
-            mesh.append_quad(room, corners_m, [1.0; 2]);
-        }
-        with_faces(&mut mesh, CORNER_M, false, 6);
-        let lamp = with_faces(&mut mesh, [-1.0, 3.0, 0.0], false, 1);
-        mesh.materials[index(lamp)].emission = [1.0; 4];
+        let cuboid = |mesh: &mut Mesh, low_m: [f32; 3], high_m: [f32; 3]| {
+            let material = pushed(&mut mesh.materials, Material::plain("part", [0.5; 3]));
+            cube(low_m, high_m, false).map(|corners_m| mesh.append_quad(material, corners_m, [1.0; 2]));
+        };
+        cuboid(&mut mesh, [-4.0; 3], [4.0; 3]);
+        cuboid(&mut mesh, CORNER_M, CORNER_M.map(|x| x + 1.0));
+        // An arch of three cuboids that meet at corners, with a crate under it: within its box, and not within it.
+        cuboid(&mut mesh, [-3.0, 0.0, 0.0], [-2.5, 1.0, 1.0]);
+        cuboid(&mut mesh, [-1.0, 0.0, 0.0], [-0.5, 1.0, 1.0]);
+        cuboid(&mut mesh, [-2.5, 1.0, 0.0], [-1.0, 1.5, 1.0]);
+        cuboid(&mut mesh, [-2.0, 0.0, 0.25], [-1.5, 0.5, 0.75]);
         make_closed_surfaces_one_sided(&mut mesh);
-        assert_eq!(sides(&mesh), [true, false, true]);
+        assert_eq!(sides(&mesh), [true, false, false, false, false, false]);
+        assert_eq!(surfaces(&mesh, |_| true).len(), 4);
+    }
+
+    #[test]
+    fn the_winding_number_is_one_within_and_nought_outside() {
+        let mut mesh = Mesh::default();
+        with_faces(&mut mesh, CORNER_M, false, 6);
+        let [cube] = surfaces(&mesh, |_| true).try_into().unwrap();
+        let corner_m = DVec3::from(CORNER_M.map(f64::from));
+        for (share, expected) in [(0.5, 1.0), (0.01, 1.0), (-0.01, 0.0), (1.5, 0.0)] {
+            let found = cube.winding_number(&mesh, corner_m + DVec3::splat(share));
+            assert!((found - expected).abs() < 1e-9, "{share}: {found}");
+        }
     }
 
     #[test]

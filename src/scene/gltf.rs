@@ -23,6 +23,7 @@ mod reader;
 
 use super::Surroundings;
 use super::animation::JointChain;
+use super::closed::make_closed_surfaces_one_sided;
 use super::file_units::FileUnits;
 use super::geometry::{MovingScene, Scene};
 use super::mesh::Mesh;
@@ -57,6 +58,7 @@ impl Scene {
             return Err(Error::content(name, reason));
         }
         surroundings.furnish(&mut mesh);
+        make_closed_surfaces_one_sided(&mut mesh);
         let mut scene = Self::new(name, mesh, super::light::with_infrared(surroundings.sky))?;
         (scene.viewpoints, scene.notes) = (content.viewpoints, content.notes);
         scene.moving = moving_scenes(content.moving)?;
@@ -74,7 +76,9 @@ impl Scene {
         let content = content_in(name, bytes, units, read)?;
         let mut parts = moving_scenes(content.moving)?;
         if parts.is_empty() || !content.mesh.triangles.is_empty() {
-            let shape = Self::new(name, content.mesh, Default::default())?;
+            let mut mesh = content.mesh;
+            make_closed_surfaces_one_sided(&mut mesh);
+            let shape = Self::new(name, mesh, Default::default())?;
             parts.insert(0, MovingScene { name: name.to_owned(), chain: JointChain::default(), shape });
         }
         parts[0].shape.notes = content.notes;
@@ -89,7 +93,8 @@ fn content_in(name: &str, bytes: &[u8], units: &FileUnits, read: Read<'_>) -> Re
 }
 
 fn moving_scenes(parts: Vec<content::MovingPart>) -> Result<Vec<MovingScene>, Error> {
-    let scene = |content::MovingPart { name, chain, mesh }| {
+    let scene = |content::MovingPart { name, chain, mut mesh }| {
+        make_closed_surfaces_one_sided(&mut mesh);
         Ok(MovingScene { shape: Scene::new(&name, mesh, Default::default())?, name, chain })
     };
     parts.into_iter().map(scene).collect()

@@ -90,6 +90,26 @@ fn cameras_look_through_backs_that_are_culled_and_light_does_not() {
 }
 
 #[test]
+fn backs_within_a_closed_shape_are_not_lit_and_those_of_an_open_one_are() {
+    let corners = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let faces = [[0_u16, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+    for (count, has_lit_backs) in [(4, false), (3, true)] {
+        let mut file = File::square();
+        let (positions, indices) =
+            (file.floats("VEC3", corners.as_flattened()), file.shorts(faces[..count].as_flattened()));
+        file.json["accessors"][positions]["min"] = serde_json::json!([0, 0, 0]);
+        file.json["accessors"][positions]["max"] = serde_json::json!([1, 1, 1]);
+        file.attributes()["POSITION"] = positions.into();
+        file.json["meshes"][0]["primitives"][0]["indices"] = indices.into();
+        let lit = scene(&file).evenly_lit(100.0, Illuminant::D65);
+        let seen = |z: f32| lit.exitance_lux(0, [0.25, 0.25], [0.0, 0.0, z], &Footprint::POINT, 1.0)[0];
+        assert!(seen(1.0) > 99.0, "{count}: front {}", seen(1.0));
+        assert_eq!(seen(-1.0) > 0.0, has_lit_backs, "{count}: back {}", seen(-1.0));
+        assert!(scene(&file).mesh.materials.iter().all(|material| !material.culled), "{count}");
+    }
+}
+
+#[test]
 fn what_is_not_read_is_said_by_name() {
     let mut file = File::square();
     file.picture(&png(1, 1, &[[255; 4]]));
