@@ -167,11 +167,14 @@ impl Bake {
         let stand_ins = buried::stand_ins(&scene.layout, |place| traced.buried[place]);
         let irradiance = settled(scene, &traced, &stand_ins, 0);
         let flickering = if scene.flickering.is_empty() { Vec::new() } else { settled(scene, &traced, &stand_ins, 1) };
-        let mut by_source = traced.by_source(irradiance.len());
-        by_source.iter_mut().for_each(|light| buried::fill(light, &stand_ins));
+        let light_of = |source: usize| {
+            let mut light = traced.by_source(source, irradiance.len());
+            buried::fill(&mut light, &stand_ins);
+            light
+        };
         let light = [irradiance.as_slice(), &flickering];
-        let edges = SourceLists::beside_edges(&scene.layout, &traced.sources, light, &by_source);
-        let on_normal_maps = SourceLists::on_normal_maps(&scene.mesh, &scene.layout, &by_source);
+        let [edges, on_normal_maps] =
+            SourceLists::beside_edges_and_on_normal_maps(&scene.mesh, &scene.layout, &traced.sources, light, light_of);
         progress(1.0);
         Self { key, irradiance, flickering, bounces: settings.bounces, edges, on_normal_maps }
     }

@@ -239,7 +239,9 @@ mod tests {
         let mut mesh = Mesh::default();
         let cuboid = |mesh: &mut Mesh, low_m: [f32; 3], high_m: [f32; 3]| {
             let material = pushed(&mut mesh.materials, Material::plain("part", [0.5; 3]));
-            cube(low_m, high_m, false).map(|corners_m| mesh.append_quad(material, corners_m, [1.0; 2]));
+            for corners_m in cube(low_m, high_m, false) {
+                mesh.append_quad(material, corners_m, [1.0; 2]);
+            }
         };
         cuboid(&mut mesh, [-4.0; 3], [4.0; 3]);
         cuboid(&mut mesh, CORNER_M, CORNER_M.map(|x| x + 1.0));

@@ -12,24 +12,24 @@ use crate::num::{f32_nearest, f64_from_usize, greater, index, u32_from};
 /// Random rays that are traced together, about: enough for packets of one direction, and few enough to stay in the cache.
 const BATCH_RAYS: usize = 4_096;
 
-/// Of some samples. Lists of all sides lie one behind another, because separate lists would take more memory than their entries.
+/// Of some samples. Lists of all places lie one behind another, because separate lists would take more memory than their entries.
 #[derive(Clone, Debug, Default)]
 pub struct Gathered {
-    /// The samples.
-    pub samples: Vec<u32>,
-    /// Light of lamps, sky and glowing surfaces on each side, by group; a group without any light in the scene is empty.
+    /// The places: twice a sample plus its side, of each side that is lit.
+    pub places: Vec<u32>,
+    /// Light of lamps, sky and glowing surfaces at each place, by group; a group without any light in the scene is empty.
     pub direct: [Vec<Bands>; GROUPS],
-    /// Luminance that the strongest sources send to each side: unoccluded, and received.
+    /// Luminance that the strongest sources send to each place: unoccluded, and received.
     pub by_source: Vec<Vec<[f32; 2]>>,
-    /// Sum over the random rays of the light that each brought, and the sum of squares.
+    /// Sum over the random rays of the light that each brought, and the sum of squares; empty where no sample is on a grid.
     by_chance: [Vec<[Bands; 2]>; GROUPS],
-    /// Whether a side lies within something closed, as a floor does under a box that stands on it.
+    /// Whether a place lies within something closed, as a floor does under a box that stands on it.
     pub buried: Vec<bool>,
     /// Twice the sample met plus its side for every ray that met one and goes no further.
     met: Vec<u32>,
     /// What was met on or over glossy surfaces.
     mirrored: Vec<Mirrored>,
-    /// Rays of each side, and where its lists end.
+    /// Rays of each place, and where its lists end.
     looks: Vec<Looks>,
 }
 
@@ -43,17 +43,21 @@ struct Looks {
 impl Gathered {
     /// Traces the rays of samples.
     pub fn of(scene: &Scene, aims: &[Aims; 2], bounces: bool, samples: &[u32]) -> Self {
-        let by_source = vec![Vec::with_capacity(2 * samples.len()); aims[0].sources.len()];
-        let mut all = Self { samples: samples.to_vec(), by_source, ..Self::default() };
+        let mut all = Self { by_source: vec![Vec::new(); aims[0].sources.len()], ..Self::default() };
         let is_on_grid = |&sample: &u32| scene.layout.samples[index(sample)].on_grid;
+        let keeps_moments = samples.iter().any(is_on_grid);
         for alike in samples.chunk_by(|a, b| is_on_grid(a) == is_on_grid(b)) {
             let aims = &aims[usize::from(is_on_grid(&alike[0]))];
             let rays = if bounces { aims.fan.len() } else { 0 };
             // Vertices have normals of all kinds: their rays have too little in common.
             let batch = if is_on_grid(&alike[0]) { (BATCH_RAYS / aims.fan.len().max(1)).max(1) } else { 1 };
             for neighbours in alike.chunks(batch) {
-                for seen in gather(scene, aims, neighbours).as_flattened() {
-                    all.push(seen, rays, !scene.flickering.is_empty());
+                for (&sample, sides) in neighbours.iter().zip(gather(scene, aims, neighbours)) {
+                    let lit = scene.layout.samples[index(sample)].sides();
+                    for (side, seen) in (0..).zip(&sides[..lit]) {
+                        all.places.push(2 * sample + side);
+                        all.push(seen, rays, !scene.flickering.is_empty(), keeps_moments);
+                    }
                 }
             }
         }
@@ -62,11 +66,13 @@ impl Gathered {
         all
     }
 
-    fn push(&mut self, seen: &SideLight, rays: usize, flickers: bool) {
+    fn push(&mut self, seen: &SideLight, rays: usize, flickers: bool, keeps_moments: bool) {
         for (group, light) in seen.direct.iter().enumerate().take(1 + usize::from(flickers)) {
             self.direct[group].push(light.map(f32_nearest));
-            let moments = [seen.bounced.seen[group], seen.bounced.squares[group]];
-            self.by_chance[group].push(moments.map(|moment| moment.map(f32_nearest)));
+            if keeps_moments {
+                let moments = [seen.bounced.seen[group], seen.bounced.squares[group]];
+                self.by_chance[group].push(moments.map(|moment| moment.map(f32_nearest)));
+            }
         }
         for (all, light) in self.by_source.iter_mut().zip(&seen.by_source) {
             all.push([light.unoccluded, light.received]);
@@ -76,19 +82,24 @@ impl Gathered {
             self.met.extend_from_slice(&seen.bounced.met);
             self.mirrored.extend_from_slice(&seen.bounced.mirrored);
         }
-        let rays = if seen.is_lit { rays } else { 0 };
         let [met_end, mirrored_end] = [self.met.len(), self.mirrored.len()].map(u32_from);
         self.looks.push(Looks { rays: u32_from(rays), met_end, mirrored_end });
     }
 
-    /// Puts a value of each side of these samples in its place.
-    pub fn put<T: Copy>(&self, values: &[T], places: &mut [T]) {
-        for (&sample, sides) in self.samples.iter().zip(values.chunks_exact(2)) {
-            places[2 * index(sample)..2 * index(sample) + 2].copy_from_slice(sides);
+    /// Puts a value of each of these places among those of all.
+    pub fn put<T: Copy>(&self, values: &[T], all: &mut [T]) {
+        for (&place, &value) in self.places.iter().zip(values) {
+            all[index(place)] = value;
         }
     }
 
-    /// Standard error of each side's irradiance after one more bounce of a group, if its rays were drawn without strata.
+    /// Whether a sample is on a grid, so that `standard_errors` are known.
+    pub fn has_grid(&self) -> bool {
+        !self.by_chance[0].is_empty()
+    }
+
+    /// Standard error of each place's irradiance after one more bounce of a group, if its rays were drawn without strata; of none without
+    /// a grid.
     pub fn standard_errors(&self, group: usize, exitance: &[Bands]) -> Vec<Bands> {
         let mut met_from = 0;
         let mut errors = Vec::with_capacity(self.looks.len());
@@ -111,7 +122,7 @@ impl Gathered {
         errors
     }
 
-    /// Irradiance of each side after one more bounce of a group.
+    /// Irradiance of each place after one more bounce of a group.
     pub fn bounced(&self, group: usize, exitance: &[Bands]) -> Vec<Bands> {
         let (mut met_from, mut mirrored_from) = (0, 0);
         let mut light = self.direct[group].clone();

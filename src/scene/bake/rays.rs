@@ -29,8 +29,6 @@ pub struct SideLight {
     pub by_source: [SourceLight; SOURCES_MAX],
     /// Hits of the random rays.
     pub bounced: Bounced,
-    /// Whether the side is lit at all: the back of what has none is not.
-    pub is_lit: bool,
     /// Whether it lies within something closed, as a floor does under a box that stands on it: more than
     /// an eighth of its rays met backs (half of them do right under the box's edge, a quarter under its corner).
     pub is_buried: bool,
@@ -59,23 +57,22 @@ impl Mirrored {
     }
 }
 
-/// Traces all rays of neighbouring samples: the light of both sides of each. The back of a one-sided surface is not traced.
+/// Traces all rays of neighbouring samples: the light of both sides of each, nothing on the back of a one-sided surface.
 pub fn gather(scene: &Scene, aims: &Aims, samples: &[u32]) -> Vec<[SideLight; 2]> {
     let places: Vec<Place> = samples.iter().map(|&number| Place::of(&scene.layout.samples[index(number)])).collect();
-    let lit = |AimedLight { all: mut direct, by_source }, bounced: Bounced, is_lit| {
+    let lit = |(AimedLight { all: mut direct, by_source }, bounced): (AimedLight, Bounced)| {
         for group in 0..GROUPS {
             for band in 0..BANDS {
                 direct[group][band] += bounced.seen[group][band];
             }
         }
         let is_buried = 8 * bounced.backs > aims.fan.len();
-        SideLight { direct, by_source, bounced, is_lit, is_buried }
+        SideLight { direct, by_source, bounced, is_buried }
     };
     let aimed = aimed_light(scene, &places, aims, &[]);
     let bounced = bounce_rays(scene, &places, &aims.fan, &[]);
-    let each = places.iter().zip(aimed.into_iter().zip(bounced));
-    each.map(|(place, ([above, below], [front, back]))| [lit(above, front, true), lit(below, back, place.sides > 1)])
-        .collect()
+    let each = aimed.into_iter().zip(bounced);
+    each.map(|([above, below], [front, back])| [(above, front), (below, back)].map(lit)).collect()
 }
 
 /// Light of the random rays of one side.

@@ -87,7 +87,9 @@ impl TracedSamples {
     /// Samples whose rays were traced.
     #[cfg(test)]
     pub fn samples(&self) -> usize {
-        self.gathered.iter().map(|chunk| chunk.samples.len()).sum()
+        let mut all: Vec<u32> = self.gathered.iter().flat_map(|chunk| &chunk.places).map(|place| place / 2).collect();
+        all.dedup();
+        all.len()
     }
 
     /// Direct light of a group at every place.
@@ -100,15 +102,12 @@ impl TracedSamples {
         light
     }
 
-    /// What the strongest sources send to every place, one after another.
-    pub fn by_source(&self, places: usize) -> Vec<Vec<SourceLight>> {
-        let of_source = |source: usize| {
-            let mut light = vec![[0.0; 2]; places];
-            self.gathered.iter().for_each(|chunk| chunk.put(&chunk.by_source[source], &mut light));
-            interpolate(&self.stencils, &mut light);
-            light.into_iter().map(|[unoccluded, received]| SourceLight { unoccluded, received }).collect()
-        };
-        (0..self.sources.len()).map(of_source).collect()
+    /// What one of the strongest sources sends to every place.
+    pub fn by_source(&self, source: usize, places: usize) -> Vec<SourceLight> {
+        let mut light = vec![[0.0; 2]; places];
+        self.gathered.iter().for_each(|chunk| chunk.put(&chunk.by_source[source], &mut light));
+        interpolate(&self.stencils, &mut light);
+        light.into_iter().map(|[unoccluded, received]| SourceLight { unoccluded, received }).collect()
     }
 
     /// Light of a group at every place after one more bounce.
@@ -168,8 +167,10 @@ impl<'a> WaveRefinement<'a> {
         let aims = Aims::of(scene, settings);
         let samples = scene.layout.samples.len();
         let groups = 1 + usize::from(!scene.flickering.is_empty());
-        let dark: [Vec<Bands>; GROUPS] =
-            std::array::from_fn(|group| if group < groups { vec![[0.0; BANDS]; 2 * samples] } else { Vec::new() });
+        // Zeros as the allocator has them take no memory before they are written to, as a copy does.
+        let dark = || -> [Vec<Bands>; GROUPS] {
+            std::array::from_fn(|group| if group < groups { vec![[0.0; BANDS]; 2 * samples] } else { Vec::new() })
+        };
         Self {
             scene,
             probes: aims[1].thinned(),
@@ -186,9 +187,9 @@ impl<'a> WaveRefinement<'a> {
             is_traced: vec![false; samples],
             is_done: vec![false; samples],
             done: 0,
-            light: dark.clone(),
-            errors: dark.clone(),
-            exitance: dark,
+            light: dark(),
+            errors: dark(),
+            exitance: dark(),
             least: [[0.0; BANDS]; GROUPS],
             seen: vec![None; samples],
         }
@@ -244,7 +245,7 @@ impl<'a> WaveRefinement<'a> {
         });
         for chunk in &new {
             chunk.put(&chunk.buried, &mut self.traced.buried);
-            chunk.samples.iter().for_each(|&sample| self.is_traced[index(sample)] = true);
+            chunk.places.iter().for_each(|&place| self.is_traced[index(place / 2)] = true);
         }
         let first = self.traced.gathered.len();
         self.traced.gathered.extend(new);
@@ -269,9 +270,7 @@ impl<'a> WaveRefinement<'a> {
 
     /// Standard errors of the same.
     fn find_errors(&mut self, first: usize) {
-        let is_on_grid = |&sample: &u32| self.scene.layout.samples[index(sample)].on_grid;
-        let of_grids = |chunk: &&Gathered| chunk.samples.iter().any(is_on_grid);
-        let chunks: Vec<&Gathered> = self.traced.gathered[first..].iter().filter(of_grids).collect();
+        let chunks: Vec<&Gathered> = self.traced.gathered[first..].iter().filter(|chunk| chunk.has_grid()).collect();
         for group in 0..self.groups {
             let exitance = &self.exitance[group];
             let errors = in_chunks(chunks.len(), 1, |range| chunks[range.start].standard_errors(group, exitance));
@@ -481,8 +480,9 @@ mod tests {
         let samples: Vec<u32> = (0..u32_from(scene.layout.samples.len())).collect();
         let all = Gathered::of(&scene, &Aims::of(&scene, &settings), true, &samples);
         let (mut squares, mut worst, mut lit) = (0.0, 0.0_f64, 0);
-        for (place, (light, expected)) in light.iter().zip(&all.direct[0]).enumerate() {
-            assert_eq!(traced.buried[place], all.buried[place], "place {place}");
+        for ((&place, &buried), expected) in all.places.iter().zip(&all.buried).zip(&all.direct[0]) {
+            let (place, light) = (index(place), &light[index(place)]);
+            assert_eq!(traced.buried[place], buried, "place {place}");
             if expected[1] > 0.0 {
                 let error = f64::from(light[1] / expected[1] - 1.0);
                 (squares, lit) = (squares + error * error, lit + 1);

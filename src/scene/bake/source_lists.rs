@@ -37,47 +37,47 @@ pub struct SourceLists {
 }
 
 impl SourceLists {
-    /// Those whose shadow has an edge beside a place, from the irradiance of all places, steady and flickering, and from what each source
-    /// sends there.
-    pub fn beside_edges(
+    /// Those whose shadow has an edge beside a place, and those that give a place of a triangle with a normal map any light; from the
+    /// irradiance of all places, steady and flickering, and from what each source sends there, which is asked for once.
+    pub fn beside_edges_and_on_normal_maps(
+        mesh: &Mesh,
         layout: &Layout,
         sources: &[Source],
         irradiance: [&[Bands]; 2],
-        by_source: &[Vec<SourceLight>],
-    ) -> Self {
+        light_of: impl Fn(usize) -> Vec<SourceLight> + Send + Sync,
+    ) -> [Self; 2] {
         let lux = |place: usize| {
             let of = |light: &[Bands]| light.get(place).map_or(0.0, |light| luminance(light.map(f64::from)));
             crate::num::f32_nearest(of(irradiance[0]) + of(irradiance[1]))
         };
         let all: Vec<f32> = (0..2 * layout.samples.len()).map(lux).collect();
-        let beside: Vec<Vec<bool>> = crate::parallel::collected(by_source.len(), |source| {
-            beside_edges(layout, &sources[source], &all, &by_source[source])
+        let is_mapped = on_normal_maps(mesh, layout);
+        let listed = crate::parallel::collected(sources.len(), |source| {
+            let light = light_of(source);
+            let beside = beside_edges(layout, &sources[source], &all, &light);
+            let is_listed: [&dyn Fn(usize) -> bool; 2] =
+                [&|place| beside[place], &|place| is_mapped.get(place) == Some(&true) && light[place].received > 0.0];
+            is_listed.map(|is_listed| {
+                let places = (0..all.len()).filter(|&place| is_listed(place));
+                places.map(|place| (u32_from(place), light[place])).collect::<Vec<_>>()
+            })
         });
-        Self::of(by_source, all.len(), |place, source| beside[source][place])
-    }
-
-    /// All that give a place of a triangle with a normal map any light.
-    pub fn on_normal_maps(mesh: &Mesh, layout: &Layout, by_source: &[Vec<SourceLight>]) -> Self {
-        if mesh.materials.iter().all(|material| material.maps.normal.is_none()) {
-            return Self::default();
-        }
-        let mut is_mapped = vec![false; 2 * layout.samples.len()];
-        for shade in &layout.triangles {
-            if mesh.materials[index(shade.material)].maps.normal.is_some() {
-                shade.sides().for_each(|(back, sample)| is_mapped[2 * sample + back] = true);
-            }
-        }
-        Self::of(by_source, is_mapped.len(), |place, source| {
-            is_mapped[place] && by_source[source][place].received > 0.0
+        [0, 1].map(|kind| {
+            let by_source: Vec<_> = listed.iter().map(|lists| lists[kind].as_slice()).collect();
+            Self::merged(&by_source, all.len())
         })
     }
 
-    /// The light of sources at the places where it is listed.
-    fn of(by_source: &[Vec<SourceLight>], places: usize, is_listed: impl Fn(usize, usize) -> bool) -> Self {
+    /// The lists of all places, from each source's light where it is listed, by rising place.
+    fn merged(by_source: &[&[(u32, SourceLight)]], places: usize) -> Self {
         let mut lists = Self { starts: vec![0], lights: Vec::new() };
-        for place in 0..places {
-            for source in (0..by_source.len()).filter(|&source| is_listed(place, source)) {
-                lists.lights.push(ListedLight { source: u32_from(source), light: by_source[source][place] });
+        let mut rests = by_source.to_vec();
+        for place in 0..u32_from(places) {
+            for (source, rest) in (0_u32..).zip(&mut rests) {
+                if let Some((&(_, light), further)) = rest.split_first().filter(|((at, _), _)| *at == place) {
+                    lists.lights.push(ListedLight { source, light });
+                    *rest = further;
+                }
             }
             lists.starts.push(u32_from(lists.lights.len()));
         }
@@ -105,6 +105,20 @@ impl SourceLists {
             _ => &[],
         }
     }
+}
+
+/// Which places belong to a triangle with a normal map; empty where none has one.
+fn on_normal_maps(mesh: &Mesh, layout: &Layout) -> Vec<bool> {
+    if mesh.materials.iter().all(|material| material.maps.normal.is_none()) {
+        return Vec::new();
+    }
+    let mut is_mapped = vec![false; 2 * layout.samples.len()];
+    for shade in &layout.triangles {
+        if mesh.materials[index(shade.material)].maps.normal.is_some() {
+            shade.sides().for_each(|(back, sample)| is_mapped[2 * sample + back] = true);
+        }
+    }
+    is_mapped
 }
 
 /// Which places belong to a cell that one source's shadow ends in, or to a neighbour of such a cell: what is narrower than a cell may lie
