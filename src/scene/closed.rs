@@ -11,8 +11,10 @@ use crate::num::{index, u32_from};
 /// Least volume of a closed surface over the power 3/2 of its area (a ball has 0.094): below it, rounding decides the sign.
 const VOLUME_MIN: f64 = 1e-9;
 
-/// Triangles that are asked whether something lies within them, at most: about a second. Beyond that a surface stays as it is.
-const TRIED_MAX: usize = 20_000_000;
+/// Pairs of boxes that are compared, at most: about a second. Beyond that surfaces stay as they are.
+const TRIED_MAX: usize = 320_000_000;
+/// What a triangle's solid angle counts as.
+const TRIED_PER_TRIANGLE: usize = 16;
 
 /// Marks one-sided the opaque surfaces that are closed, have their fronts outside and hold no other surface: what holds something is a
 /// room that a camera may stand in.
@@ -105,17 +107,14 @@ fn has_its_fronts_outside(triangles: impl Iterator<Item = [DVec3; 3]>, near_m: D
 
 impl Surface {
     /// Whether another surface lies within it, by the middle of that one's box. `surfaces` are by their least x; `tried` counts
-    /// triangles.
+    /// work.
     fn holds_any(&self, mesh: &Mesh, surfaces: &[Self], own: usize, tried: &mut usize) -> bool {
         let first = surfaces.partition_point(|other| other.low_m.x < self.low_m.x);
         let others = surfaces.iter().enumerate().skip(first).take_while(|(_, other)| other.low_m.x <= self.high_m.x);
         others.filter(|&(number, _)| number != own).any(|(_, other)| {
             let is_in_box = self.low_m.cmple(other.low_m).all() && other.high_m.cmple(self.high_m).all();
-            if !is_in_box {
-                return false;
-            }
-            *tried += self.triangles.len();
-            *tried > TRIED_MAX || self.winding_number(mesh, 0.5 * (other.low_m + other.high_m)) > 0.5
+            *tried += 1 + if is_in_box { TRIED_PER_TRIANGLE * self.triangles.len() } else { 0 };
+            *tried > TRIED_MAX || (is_in_box && self.winding_number(mesh, 0.5 * (other.low_m + other.high_m)) > 0.5)
         })
     }
 
@@ -173,8 +172,10 @@ fn mark(mesh: &mut Mesh, is_one_sided: impl Fn(usize) -> bool) {
             continue;
         }
         if is_needed[number] {
-            let copy = Material { double_sided: false, ..mesh.materials[number].clone() };
-            *material = *copies[number].get_or_insert_with(|| pushed(&mut mesh.materials, copy));
+            *material = *copies[number].get_or_insert_with(|| {
+                let copy = Material { double_sided: false, ..mesh.materials[number].clone() };
+                pushed(&mut mesh.materials, copy)
+            });
         } else {
             mesh.materials[number].double_sided = false;
         }
