@@ -7,7 +7,7 @@ use super::mesh::{Material, Mesh, pushed};
 use super::target::cube;
 use super::texture::{Texture, Wrap};
 use crate::draw::DrawKey;
-use crate::num::{f32_from_u32, index, low_u8, low_u32, u8_clipped, u32_truncated_f32, u64_from};
+use crate::num::{f32_from_u32, index, low_u8, low_u32, u8_clipped, u32_from, u32_truncated_f32, u64_from};
 
 /// Least corner of the room in metres.
 pub const LEAST_M: [f32; 3] = [-3.0, 0.0, -2.5];
@@ -85,13 +85,17 @@ pub(super) fn textured_quad(
 pub(super) fn pattern(key: DrawKey, width: u32, height: u32) -> Vec<[u8; 3]> {
     let tint: [i32; 3] = [0, 1, 2].map(|band| 215 + draw(key.with(1), band, 41));
     let (coarse, fine) =
-        (Corners::<32>::new(key.with(3), [width, height]), Corners::<8>::new(key.with(4), [width, height]));
-    let mut grey: Vec<i32> = Vec::with_capacity(index(width) * index(height));
+        (Corners::<32, 3>::new(key.with(3), [width, height]), Corners::<8, 6>::new(key.with(4), [width, height]));
+    let mut grey: Vec<u8> = Vec::with_capacity(index(width) * index(height));
+    let mut row = vec![0; index(width)];
     for y in 0..height {
-        for first in (0..width).step_by(64) {
-            let tile = 150 + 22 * draw(key.with(2), u64::from(first / 64) << 32 | u64::from(y / 64), 5);
-            let texels = first..(first + 64).min(width);
-            grey.extend(texels.map(|x| tile + coarse.noise(x, y) / 3 + fine.noise(x, y) / 6 - 64));
+        for (tile, texels) in (0..).zip(row.chunks_mut(64)) {
+            texels.fill(150 - 64 + 22 * draw(key.with(2), tile << 32 | u64::from(y / 64), 5));
+        }
+        coarse.add_row(y, &mut row);
+        fine.add_row(y, &mut row);
+        for value in &row {
+            grey.push(u8_clipped(*value));
         }
     }
     let area = width * height;
@@ -102,18 +106,25 @@ pub(super) fn pattern(key: DrawKey, width: u32, height: u32) -> Vec<[u8; 3]> {
             rectangle(octave_key.with(number), [width, height], edge, &mut grey);
         }
     }
-    grey.into_iter().map(|value| tint.map(|tint| u8_clipped(value.clamp(8, 250) * tint / 255))).collect()
+    let colours: [[u8; 3]; 256] = std::array::from_fn(|value| {
+        let value = i32::from(low_u8(u32_from(value))).clamp(8, 250);
+        tint.map(|tint| u8_clipped(value * tint / 255))
+    });
+    let mut codes = Vec::with_capacity(grey.len());
+    for value in grey {
+        codes.push(colours[usize::from(value)]);
+    }
+    codes
 }
 
-fn rectangle(key: DrawKey, [width, height]: [u32; 2], edge: u32, grey: &mut [i32]) {
+fn rectangle(key: DrawKey, [width, height]: [u32; 2], edge: u32, grey: &mut [u8]) {
     let up_to = |number: u64, limit: u32| low_u32(key.with(number).0 >> 16) % limit.max(1);
     let (w, h) = (edge / 2 + up_to(0, edge / 2 + 1), edge / 2 + up_to(1, edge / 2 + 1));
     let (x0, y0) = (up_to(2, width), up_to(3, height));
-    let value = i32::from(low_u8(up_to(4, 256)));
+    let value = low_u8(up_to(4, 256));
     for y in y0..(y0 + h).min(height) {
-        for x in x0..(x0 + w).min(width) {
-            grey[index(y) * index(width) + index(x)] = value;
-        }
+        let row = index(y) * index(width);
+        grey[row + index(x0)..row + index((x0 + w).min(width))].fill(value);
     }
 }
 
@@ -122,27 +133,31 @@ fn draw(key: DrawKey, number: u64, limit: u32) -> i32 {
     i32::try_from(low_u32(key.with(number).0 >> 16) % limit).expect("limits here are small")
 }
 
-/// Draws of 0..256 at the corners of square cells of the given texels: each once, although many texels lie between them.
-struct Corners<const CELL: u32> {
+/// Draws of 0..256 at the corners of square cells of `CELL` texels: each once, although many texels lie between them.
+struct Corners<const CELL: u32, const PART: i32> {
     across: usize,
     draws: Vec<i32>,
 }
 
-impl<const CELL: u32> Corners<CELL> {
+impl<const CELL: u32, const PART: i32> Corners<CELL, PART> {
     fn new(key: DrawKey, [width, height]: [u32; 2]) -> Self {
         let [across, down] = [width, height].map(|texels| texels / CELL + 2);
         let of_row = |y: u32| (0..across).map(move |x| draw(key, u64::from(x) << 32 | u64::from(y), 256));
         Self { across: index(across), draws: (0..down).flat_map(of_row).collect() }
     }
 
-    /// Noise of 0..256, linear between the corners.
-    #[inline(always)]
-    fn noise(&self, x: u32, y: u32) -> i32 {
-        let above = index(y / CELL) * self.across + index(x / CELL);
-        let below = above + self.across;
-        let whole = CELL.cast_signed();
-        let [fx, fy] = [x % CELL, y % CELL].map(u32::cast_signed);
-        let between = |left: usize| self.draws[left] * (whole - fx) + self.draws[left + 1] * fx;
-        (between(above) * (whole - fy) + between(below) * fy) / (whole * whole)
+    /// Adds the `PART`th part of noise of 0..256, linear between the corners, to a row of texels.
+    fn add_row(&self, y: u32, row: &mut [i32]) {
+        let above = &self.draws[index(y / CELL) * self.across..];
+        let below = &above[self.across..];
+        let [whole, fy] = [CELL, y % CELL].map(u32::cast_signed);
+        let mut left = above[0] * (whole - fy) + below[0] * fy;
+        for (cell, texels) in row.chunks_mut(index(CELL)).enumerate() {
+            let right = above[cell + 1] * (whole - fy) + below[cell + 1] * fy;
+            for (fx, texel) in (0..).zip(texels) {
+                *texel += (left * (whole - fx) + right * fx) / (whole * whole) / PART;
+            }
+            left = right;
+        }
     }
 }

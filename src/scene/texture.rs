@@ -6,35 +6,15 @@
 
 mod alike;
 pub mod footprint;
+mod mip;
 #[cfg(feature = "pictures")]
 pub mod picture;
 
+pub use mip::Wrap;
+use mip::{MipLevel, Plain, chain};
+
 use super::light::{BANDS, Bands};
 use crate::num::{f32_from_u32, f32_nearest, i32_truncated_f32, index, u32_from, u32_truncated};
-
-/// What lies beyond the edge of a picture.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Wrap {
-    /// The picture again.
-    #[default]
-    Repeat,
-    /// The picture again, turned over every other time.
-    Mirror,
-    /// The texel at the edge.
-    Clamp,
-}
-
-#[derive(Clone, Debug, PartialEq)]
-struct MipLevel {
-    width: u32,
-    height: u32,
-    /// The two as they are multiplied with.
-    size: [f32; 2],
-    /// Linear red, green, blue and near infrared, row-major, the top row first; 65,535 is 1. Around the picture stands a rim of one
-    /// texel, of the texels beyond its edge: so the four texels around any place are two pairs of neighbours. Flat, because a compiler
-    /// turns a pair into two loads only where it is eight numbers in a row.
-    texels: Vec<u16>,
-}
 
 /// A picture with its mip chain.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,24 +72,32 @@ impl Texture {
     /// Takes row-major sRGB codes, the top row first. Panics unless there are width times height of them, at least one.
     pub fn from_srgb(width: u32, height: u32, codes: &[[u8; 3]], wrap: [Wrap; 2]) -> Self {
         assert!(!codes.is_empty() && codes.len() == index(width) * index(height), "a picture needs its texels");
-        let linear: Vec<u16> = (0..=u8::MAX).map(|code| quantised(linear_from_srgb(code) * f64::from(ONE))).collect();
-        Self::from_values(width, height, codes.iter().map(|texel| texel.map(|code| linear[usize::from(code)])), wrap)
+        let mut linear = [0; 256];
+        for code in 0..=u8::MAX {
+            linear[usize::from(code)] = quantised(linear_from_srgb(code) * f64::from(ONE));
+        }
+        Self::from_codes(width, height, codes, &linear, wrap)
     }
 
     /// As `from_srgb`, but codes are values: 255 is 1.
     pub fn from_linear(width: u32, height: u32, codes: &[[u8; 3]], wrap: [Wrap; 2]) -> Self {
         assert!(!codes.is_empty() && codes.len() == index(width) * index(height), "a picture needs its texels");
-        Self::from_values(width, height, codes.iter().map(|texel| texel.map(|code| 257 * u16::from(code))), wrap)
+        let mut values = [0; 256];
+        for code in 0..=u8::MAX {
+            values[usize::from(code)] = 257 * u16::from(code);
+        }
+        Self::from_codes(width, height, codes, &values, wrap)
     }
 
-    fn from_values(width: u32, height: u32, texels: impl Iterator<Item = [u16; 3]>, wrap: [Wrap; 2]) -> Self {
-        let texels = texels.map(|[r, g, b]| [r, g, b, r]).collect();
-        let mut levels = Vec::new();
-        let mut plain = Some(Plain { width, height, texels });
-        while let Some(level) = plain {
-            plain = halved(&level);
-            levels.push(level.with_rim(wrap));
+    /// Takes the value of each code. A plain loop, because adapters of iterators and arrays are calls in the tests' build, and a
+    /// scene has ten million texels.
+    fn from_codes(width: u32, height: u32, codes: &[[u8; 3]], values: &[u16; 256], wrap: [Wrap; 2]) -> Self {
+        let mut texels = Vec::with_capacity(codes.len());
+        for &[r, g, b] in codes {
+            let red = values[usize::from(r)];
+            texels.push([red, values[usize::from(g)], values[usize::from(b)], red]);
         }
+        let levels = chain(Plain { width, height, texels }, wrap);
         Self::of_levels([width, height], levels, wrap)
     }
 
@@ -257,22 +245,6 @@ const TAPS: usize = 8;
 
 const _: () = assert!(index(TAPS_MAX) == TAPS);
 
-impl MipLevel {
-    #[inline(always)]
-    fn texel(&self, at: usize) -> Bands {
-        let texel = &self.texels[4 * at..4 * at + 4];
-        [f32::from(texel[0]), f32::from(texel[1]), f32::from(texel[2]), f32::from(texel[3])]
-    }
-
-    /// Rows without the rim.
-    #[cfg(test)]
-    fn rows(&self) -> impl Iterator<Item = &[u16]> {
-        let width = index(self.width);
-        let rows = self.texels.chunks_exact(BANDS * (width + 2)).skip(1).take(index(self.height));
-        rows.map(move |row| &row[BANDS..BANDS * (width + 1)])
-    }
-}
-
 /// Bilinear between the four texels from one on, by the weights of the second column and row.
 #[inline(always)]
 fn between(texels: &[u16], from: u32, stride: u32, [fx, fy]: [f32; 2]) -> Bands {
@@ -355,61 +327,6 @@ fn scaled(texel: Bands) -> Bands {
 /// Rounds to the nearest 16-bit number, ties to even.
 fn quantised(value: f64) -> u16 {
     crate::num::low_u16(u32_truncated(value.round_ties_even().clamp(0.0, f64::from(u16::MAX))))
-}
-
-/// A level without its rim.
-struct Plain {
-    width: u32,
-    height: u32,
-    texels: Vec<[u16; 4]>,
-}
-
-impl Plain {
-    fn with_rim(&self, wrap: [Wrap; 2]) -> MipLevel {
-        let Self { width, height, .. } = *self;
-        let mut texels = Vec::with_capacity(BANDS * (index(width) + 2) * (index(height) + 2));
-        for y in 0..height + 2 {
-            let row = index(within_rim(y, height, wrap[1])) * index(width);
-            texels.extend(self.texels[row + index(within_rim(0, width, wrap[0]))]);
-            texels.extend_from_slice(self.texels[row..row + index(width)].as_flattened());
-            texels.extend(self.texels[row + index(within_rim(width + 1, width, wrap[0]))]);
-        }
-        MipLevel { width, height, size: [f32_from_u32(width), f32_from_u32(height)], texels }
-    }
-}
-
-/// The texel, of `count`, at a place of a row with its rim.
-fn within_rim(place: u32, count: u32, wrap: Wrap) -> u32 {
-    match (wrap, place) {
-        (Wrap::Repeat, 0) => count - 1,
-        (Wrap::Repeat, place) => (place - 1) % count,
-        (Wrap::Mirror | Wrap::Clamp, place) => place.saturating_sub(1).min(count - 1),
-    }
-}
-
-/// The next coarser level: each texel is the mean of the texels whose area it covers (odd sizes keep their last column or row
-/// by weight), or none below one texel.
-fn halved(fine: &Plain) -> Option<Plain> {
-    if fine.width == 1 && fine.height == 1 {
-        return None;
-    }
-    let (width, height) = (fine.width.div_ceil(2), fine.height.div_ceil(2));
-    let mut texels = Vec::with_capacity(index(width) * index(height));
-    for y in 0..height {
-        for x in 0..width {
-            let mut sum = [0_u32; 4];
-            for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-                let from = (2 * x + dx).min(fine.width - 1);
-                let row = (2 * y + dy).min(fine.height - 1);
-                let texel = fine.texels[index(row) * index(fine.width) + index(from)];
-                for band in 0..4 {
-                    sum[band] += u32::from(texel[band]);
-                }
-            }
-            texels.push(sum.map(|sum| crate::num::low_u16((sum + 2) / 4)));
-        }
-    }
-    Some(Plain { width, height, texels })
 }
 
 /// Two neighbouring texel indices along one axis and the weight of the second.

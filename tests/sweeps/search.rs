@@ -1,8 +1,9 @@
 //! Searches for designs: better than chance on a known front, the same cells on every engine, refusals in words.
 #![cfg(feature = "outside")]
 
+use std::io::Write;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use super::Place;
 use super::outside::judge;
@@ -111,14 +112,33 @@ fn one_seed_gives_the_same_cells_on_threads_on_slurm_and_on_dask_with_a_killed_w
     assert!(keys["sensor"]["adc"]["bits"].is_integer(), "{chosen}");
 }
 
-/// `sensel-sweep` with these words: exit code and stderr.
-fn sensel_sweep(words: &[&str]) -> (Option<i32>, String) {
+/// Calls `sensel-sweep` with the words of each line of its input, and answers each with a line: exit code and stderr.
+const CALLS: &str = "
+import contextlib, io, json, sys
+from sensel_sweep import main
+for words in map(json.loads, sys.stdin):
+    said = io.StringIO()
+    sys.argv[1:] = words
+    with contextlib.redirect_stderr(said):
+        try:
+            main()
+        except SystemExit as end:
+            print(json.dumps([end.code, said.getvalue()]))
+";
+
+/// Exit code and stderr of `sensel-sweep` called with each of these words, in one process: its packages take a second to load.
+fn sensel_sweep(calls: &[Vec<&str>]) -> Vec<(i64, String)> {
     let python = std::env::var("SENSEL_JUDGE_PYTHON").expect("./check names the judges' Python in SENSEL_JUDGE_PYTHON");
     let mut command = Command::new(python);
-    command.args(["-c", "from sensel_sweep import main; main()"]).args(words);
-    command.env("PYTHONPATH", Path::new(env!("CARGO_MANIFEST_DIR")).join("python"));
-    let output = command.output().expect("the judges' Python runs");
-    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    command.args(["-c", CALLS]).env("PYTHONPATH", Path::new(env!("CARGO_MANIFEST_DIR")).join("python"));
+    let lines: String = calls.iter().map(|words| serde_json::json!(words).to_string() + "\n").collect();
+    let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().expect("the judges' Python runs");
+    child.stdin.take().unwrap().write_all(lines.as_bytes()).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let answers = String::from_utf8(output.stdout).unwrap();
+    let answers: Vec<_> = answers.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(answers.len(), calls.len(), "each call ends with an exit code: {answers:?}");
+    answers
 }
 
 #[test]
@@ -152,26 +172,28 @@ fn a_bad_search_is_refused_before_its_first_cell() {
         ),
         (bits, "key = \"sensor.adc.bits\"\nvalues = [\"a\", \"b\"]", &["sensor.adc.bits", "whole number"]),
     ];
-    let mut tried = 0;
-    for (from, to, words) in cases {
+    let places = cases.map(|(from, to, _)| {
         let text = SEARCH.replace(from, to);
         assert_ne!(text, SEARCH, "{from}");
         let text = if to.contains("values = [") { text.replace("bits = 8", "bits = \"a\"") } else { text };
         let place = Place::new("search-refused", &text);
-        let [file, out] = ["sweep.toml", "out"].map(|name| place.scratch.join(name));
-        let (code, said) = sensel_sweep(&["search", &file, "--out", &out, "--program", env!("CARGO_BIN_EXE_sensel")]);
-        assert_eq!(code, Some(2), "{to}: {said}");
-        for word in words {
+        let names = ["sweep.toml", "out"].map(|name| place.scratch.join(name));
+        (place, names)
+    });
+    let program = env!("CARGO_BIN_EXE_sensel");
+    let calls: Vec<Vec<&str>> =
+        places.iter().map(|(_, [file, out])| vec!["search", file, "--out", out, "--program", program]).collect();
+    for (((_, to, words), (_place, [_, out])), (code, said)) in cases.iter().zip(&places).zip(sensel_sweep(&calls)) {
+        assert_eq!(code, 2, "{to}: {said}");
+        for word in *words {
             assert!(said.contains(word), "{word}: {said}");
         }
         assert!(
             said.contains("sweep.toml") && said.trim().lines().count() == 1,
             "one line that names the file: {said}"
         );
-        assert!(!Path::new(&out).join("sweep").exists(), "no cell ran: {to}");
-        tried += 1;
+        assert!(!Path::new(out).join("sweep").exists(), "no cell ran: {to}");
     }
-    assert_eq!(tried, 18);
 }
 
 #[test]
@@ -180,9 +202,9 @@ fn a_search_whose_cells_all_fail_says_why() {
     let place = Place::new("search-failed", &text);
     let [file, out] = ["sweep.toml", "out"].map(|name| place.scratch.join(name));
     let words = ["search", &file, "--out", &out, "--program", env!("CARGO_BIN_EXE_sensel"), "--photons-gib", "0"];
-    let (code, said) = sensel_sweep(&words);
+    let (code, said) = sensel_sweep(&[words.to_vec()]).remove(0);
     let last = said.lines().last().unwrap_or_default();
-    assert_eq!(code, Some(3), "{said}");
+    assert_eq!(code, 3, "{said}");
     for word in ["sweep.toml", "all 7 cells", "sensor.adc.bits", "use 1 to 16"] {
         assert!(last.contains(word), "{word}: {said}");
     }
