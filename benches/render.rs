@@ -19,7 +19,7 @@ fn frames(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements(640 * 480));
     for scene in scenario::FIVE {
         let session = first_frame(scene, &[]);
-        let run = || black_box(&session).expose().expect("a sound scenario");
+        let run = || black_box(&session).next_exposures().expect("a sound scenario");
         for level in [Level::Baseline, Level::Avx2, Level::Avx512] {
             limit(level);
             let id = BenchmarkId::new(format!("{scene}_one_thread"), format!("{level:?}"));

@@ -127,7 +127,7 @@ fn check_frame(setup: &Setup, camera: &Camera, number: usize, frame: FrameIndex,
     let spans = row_spans(setup, frame);
     let pose = |t_s: f64| setup.motion.world_from_body(t_s).unwrap();
     let sampling = Sampling::fixed(4, DrawKey::root(7));
-    let seen = setup.world.expose((number, camera), &spans, &pose, sampling, None).unwrap().photons;
+    let seen = setup.world.render((number, camera), &spans, &pose, sampling, None).unwrap().photons;
     let per_photon = setup.sensor.electrons_per_photon();
     let signals: Vec<f64> = seen.values().iter().map(|&photons| f64::from(photons) * per_photon).collect();
     let most = signals.iter().copied().fold(0.0, f64::max);

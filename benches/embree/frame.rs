@@ -61,7 +61,7 @@ pub fn rows() -> bool {
         }
         for tolerance in TOLERANCES {
             let session = first_frame(scene, &keys(tolerance));
-            let seen = &session.expose().expect("a sound scenario")[0][0];
+            let seen = &session.next_exposures().expect("a sound scenario")[0][0];
             let rays = f64::from(u32::try_from(seen.rays).expect("a frame")) / 307_200.0;
             let asked = if tolerance.is_empty() { "default" } else { tolerance };
             println!(
@@ -90,7 +90,7 @@ pub fn ours_s(of: &str, level: &str) -> f64 {
     let mut best_s = f64::INFINITY;
     for _ in 0..=FRAMES {
         let begin = Instant::now();
-        std::hint::black_box(session.expose().expect("a sound scenario"));
+        std::hint::black_box(session.next_exposures().expect("a sound scenario"));
         best_s = best_s.min(begin.elapsed().as_secs_f64());
     }
     best_s

@@ -50,7 +50,7 @@ pub fn all(designs: &[Design], seeds: usize) -> Result<Runs, Error> {
     let mut session = Session::new(first)?;
     let mut photons = Vec::new();
     for _ in 0..frames {
-        let seen = session.expose()?;
+        let seen = session.next_exposures()?;
         session.step_with(seen.clone(), &NoClock)?;
         photons.push(seen);
     }

@@ -124,7 +124,7 @@ fn rest_of_run(bench: &LadderBench<'_>) -> Result<MeasuredCost, Error> {
     let mut session = Session::new(bench.setup.clone())?;
     let mut least = MeasuredCost::UNKNOWN;
     for _ in 0..frames {
-        let exposures = session.expose()?;
+        let exposures = session.next_exposures()?;
         let (stepped, cost) = bench.clocks.time(|| session.step_with(exposures, bench.clocks.wall));
         stepped?;
         least = least.best(cost);

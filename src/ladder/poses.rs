@@ -61,11 +61,11 @@ fn run_together(
     let shares = bench.setup.sensor.schedule.params().auto.is_none();
     for frame in 0..frames {
         told(f64::from(frame) / f64::from(frames));
-        let shared = if shares { Some(sessions[0].expose()?) } else { None };
+        let shared = if shares { Some(sessions[0].next_exposures()?) } else { None };
         for session in &mut sessions {
             let exposures = match &shared {
                 Some(shared) => shared.clone(),
-                None => session.expose()?,
+                None => session.next_exposures()?,
             };
             // Link and tracker run on one thread, so that processor time is their wall time on a machine that does nothing else; what
             // other programs take is in the wall time alone.

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 pub use super::assets::PhotonStore;
-use super::expose::RenderInputs;
+use super::render_inputs::RenderInputs;
 use super::setup::Setup;
 use crate::error::Error;
 use crate::fidelity::RenderSettings;
@@ -78,12 +78,12 @@ impl RenderInputs<'_> {
 
     /// What the camera's window sees: from the store if it is there, else rendered and kept.
     pub fn expose_with(&self, store: Option<&Arc<dyn PhotonStore>>) -> Result<Exposure, Error> {
-        let (Some(store), Some(key)) = (store, store.and_then(|_| self.photon_key())) else { return self.expose() };
+        let (Some(store), Some(key)) = (store, store.and_then(|_| self.photon_key())) else { return self.render() };
         let stored = store.load(&key).filter(|exposure| exposure.photons.size() == self.camera.size);
         if let Some(exposure) = stored {
             return Ok(exposure);
         }
-        let exposure = self.expose()?;
+        let exposure = self.render()?;
         store.keep(&key, &exposure, Rounding::new(self.settings.rounding_sigma));
         Ok(exposure)
     }

@@ -1,8 +1,8 @@
 //! Simulates single frames in any order for accuracy studies: photons, samples, codes and features, by the same draws as in a run. There
 //! is no lag charge from the frame before, and automatic exposure stays at its initial value.
 
-use super::expose::{ExposurePlace, RenderInputs};
 use super::extractor::extract_one;
+use super::render_inputs::{ExposurePlace, RenderInputs};
 use super::rows::{merge_planes, row_times, spans};
 use super::setup::Setup;
 use crate::compute::{Extractor, Feature};

@@ -7,13 +7,13 @@ use super::host::Host;
 use super::imu::ImuReadings;
 use super::row_check::RowCheck;
 use super::rows::{merge_planes, row_times};
+use super::send::{frame_time_s, marks};
 use super::setup::Setup;
 use super::shared_exposure::{SharedExposure, StillExposures};
 pub(super) use super::state::Totals;
 use super::state::Watched;
 pub use super::state::{CameraFrame, Frame, STAGES, Session};
 use super::totals::FrameNotes;
-use super::transfer::{frame_time_s, marks};
 use crate::compute::{Extracted, Extractor};
 use crate::effects::chain::{Capture, RowSamples};
 use crate::energy::EnergyAccount;
@@ -127,13 +127,13 @@ impl Session {
     /// Simulates the next frame of the rig. Fails on a motion that ends before this frame, a frame that its link cannot carry.
     pub fn step(&mut self, watch: &dyn Stopwatch) -> Result<Frame, Error> {
         let mut lap = Lap::start(watch);
-        let exposures = self.expose()?;
+        let exposures = self.next_exposures()?;
         self.totals.stage_s[0] += lap.next_s();
         self.step_with(exposures, watch)
     }
 
     /// What each camera sees in the next frame, one exposure a slot. Fails on a picture that cannot be read any more.
-    pub fn expose(&self) -> Result<Vec<Vec<SharedExposure>>, Error> {
+    pub fn next_exposures(&self) -> Result<Vec<Vec<SharedExposure>>, Error> {
         let frame = self.next_frame();
         let schedules = self.setup.exposure.schedules(frame);
         let of = |camera: usize| match self.still.again(camera, &schedules[camera], frame) {

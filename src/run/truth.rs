@@ -1,6 +1,6 @@
 //! Ground truth of a run's frames: views of the current and the next frame, and full colour beside a mosaic.
 
-use super::expose::ExposurePlace;
+use super::render_inputs::ExposurePlace;
 use super::state::Session;
 use crate::error::Error;
 use crate::optics::Mosaic;

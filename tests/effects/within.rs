@@ -255,7 +255,7 @@ fn frames_of_a_still_scene_after_the_first_send_no_ray_and_are_what_they_would_b
         saturation_photons: f32_nearest(setup.fidelity.render.saturation_photons()),
         ..Sampling::fixed(2, key)
     };
-    let anew = setup.world.expose((0, &camera), &spans, &pose, sampling, None).unwrap();
+    let anew = setup.world.render((0, &camera), &spans, &pose, sampling, None).unwrap();
     assert_eq!(anew.photons, one[0]);
     // What moves is rendered in every frame.
     let (moving, _) = self::camera(&["motion.kind=sway"]);

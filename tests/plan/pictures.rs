@@ -63,7 +63,7 @@ fn seen() -> Vec<Seen> {
             (0..64).map(|row| setup.sensor.schedule.exposure(FrameIndex(2), RowIndex(row))).collect();
         let camera = &setup.windows[0];
         let photons =
-            setup.world.expose((0, camera), &spans, &pose, Sampling::fixed(4, DrawKey::root(3)), None).unwrap().photons;
+            setup.world.render((0, camera), &spans, &pose, Sampling::fixed(4, DrawKey::root(3)), None).unwrap().photons;
         let exposure_s = spans[0].length_s();
         let light = setup.world.photon_bounds(&setup.windows, [exposure_s; 2]);
         all.push(Seen { words, photons, light });

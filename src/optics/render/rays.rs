@@ -209,7 +209,7 @@ impl Group<'_, '_> {
         }
         let direction = &traced.packet.direction;
         let rays = OnTriangle { triangle, lanes, u, v, direction, lamp_levels: aim.lamp_levels, added, emission };
-        view.scene.exitances_lux(&rays, &colours)
+        view.scene.exitance_lux_alike(&rays, &colours)
     }
 }
 

@@ -211,7 +211,7 @@ impl LitScene {
     /// As `exitance_lux` for the rays of `lanes`, which all met `triangle`; any numbers in the other lanes, whose `u` and `v` must lie
     /// within 0..1. `colours` are those of its texture, or white.
     #[inline(always)]
-    pub fn exitances_lux(&self, rays: &OnTriangle, colours: &[Floats; BANDS]) -> [Floats; BANDS] {
+    pub fn exitance_lux_alike(&self, rays: &OnTriangle, colours: &[Floats; BANDS]) -> [Floats; BANDS] {
         let OnTriangle { triangle, lanes, u, v, direction, lamp_levels, added, emission } = rays;
         let shade = &self.scene.layout.triangles[index(*triangle)];
         let paint = &self.paints[index(shade.material)];

@@ -72,7 +72,7 @@ fn lanes_have_the_bits_of_single_hits() {
                 added: None,
                 emission: None,
             };
-            let found = by_lane(&scene.exitances_lux(&rays, &by_band(&colours)));
+            let found = by_lane(&scene.exitance_lux_alike(&rays, &by_band(&colours)));
             for lane in (0..LANES).filter(|&lane| lanes.0[lane] != 0) {
                 let along = [0, 1, 2].map(|axis| direction[axis].0[lane]);
                 let at = [u.0[lane], v.0[lane]];

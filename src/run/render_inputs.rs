@@ -43,7 +43,7 @@ pub struct ExposurePlace {
 impl RenderInputs<'_> {
     /// What the camera's window sees. Its render noise is counted with the settings' quantum efficiency. Fails on a picture that cannot
     /// be read any more.
-    pub fn expose(&self) -> Result<Exposure, Error> {
+    pub fn render(&self) -> Result<Exposure, Error> {
         // The motion was checked to cover the whole run before the first frame.
         let pose = |t_s: f64| self.motion.world_from_body(t_s).expect("the motion covers the run");
         let settings = &self.settings;
@@ -60,7 +60,7 @@ impl RenderInputs<'_> {
         };
         let of_still = self.world.has_still_view(self.motion).then(|| self.key_of(FrameIndex(0)));
         let place = (self.place.camera, self.camera);
-        let mut exposure = self.world.expose(place, self.rows, &pose, sampling, of_still)?;
+        let mut exposure = self.world.render(place, self.rows, &pose, sampling, of_still)?;
         if let Some(rounding) = Rounding::new(settings.rounding_sigma) {
             rounding.round(&mut exposure, settings.quantum_efficiency);
         }
