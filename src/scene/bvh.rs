@@ -1,18 +1,20 @@
 //! The bounding volume hierarchy over triangles: flat arrays that the packet tracer traverses.
 //!
-//! Built by `obvhs` (locally ordered clustering, then reinsertion and leaf collapse) through its parts that read no clock, then
-//! widened: nodes of eight children, leaves of a block of triangles, each in arrays that fit registers.
+//! A binary tree is built, then widened to nodes of eight children and leaves of a block of triangles, each in arrays that fit
+//! registers.
 //! Which tree comes out changes only the speed: hits depend on the triangles alone.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
+mod binary;
+mod widen;
+
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::leaf_collapser::collapse;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
+use self::binary::LEVELS_MAX;
+use self::widen::Choices;
 use crate::num::{f32_nearest, index, u32_from};
 
 /// Children of a node.
@@ -20,16 +22,6 @@ pub const CHILDREN: usize = 8;
 
 /// Triangles of a block.
 pub const BLOCK: usize = 8;
-
-/// Cost of a box test in units of a triangle test, as the collapse of leaves weighs them. Whole packets are tested against four
-/// triangles or eight boxes at a time, so a full block costs little more than one triangle.
-const BOX_COST: f32 = 4.0;
-
-/// Share of nodes that the optimiser tries to reinsert in each pass.
-const REINSERTION_SHARE: f32 = 0.15;
-
-/// Deepest tree that the tracer's stack can hold; far above the depth of any real scene.
-const LEVELS_MAX: usize = 64;
 
 /// Nodes that a traversal may have open: all children but one on every level.
 pub const OPEN_MAX: usize = LEVELS_MAX * (CHILDREN - 1) + 1;
@@ -87,20 +79,9 @@ impl Bvh {
         assert!(!triangles_m.is_empty(), "a tree needs a triangle");
         let pad_m = pad_m(triangles_m);
         let boxes: Vec<Aabb> = triangles_m.iter().map(|corners_m| bounds(corners_m, pad_m)).collect();
-        let order: Vec<u32> = (0..u32_from(boxes.len())).collect();
-        let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
-            PlocSearchDistance::Medium,
-            &boxes,
-            order,
-            SortPrecision::U64,
-            2,
-        );
-        let mut optimizer = ReinsertionOptimizer::default();
-        optimizer.run(&mut tree, REINSERTION_SHARE, None);
-        collapse(&mut tree, u32_from(BLOCK), BOX_COST);
-        optimizer.run(&mut tree, REINSERTION_SHARE, None);
+        let tree = binary::build(&boxes);
         let mut flat = Self { nodes: Vec::new(), blocks: Vec::new(), pad_m };
-        flat.widen(&tree, triangles_m, is_cut_out);
+        flat.fill(&tree, &|triangles| block(triangles, triangles_m, is_cut_out));
         flat
     }
 
@@ -118,28 +99,28 @@ impl Bvh {
         size_of_val(self.nodes.as_slice()) + size_of_val(self.blocks.as_slice())
     }
 
-    /// Takes over the tree of two children a node: the largest inner child is replaced by its own two until a node is full.
-    fn widen(&mut self, tree: &Bvh2, triangles_m: &[[[f32; 3]; 3]], is_cut_out: &dyn Fn(u32) -> bool) {
+    /// Takes over a binary tree.
+    fn fill(&mut self, tree: &Bvh2, block: &dyn Fn(&[u32]) -> TriangleBlock) {
+        let choices = Choices::new(tree);
         self.nodes.push(EMPTY);
         // Depth first, so that a traversal of the near side reads neighbouring lines.
-        let mut open = vec![(0_usize, 0_usize, 1_usize)];
-        while let Some((source, place, level)) = open.pop() {
-            assert!(level <= LEVELS_MAX, "the tree is deeper than the tracer's stack");
+        let mut open = vec![(0_usize, 0_usize)];
+        while let Some((source, place)) = open.pop() {
             let mut node = EMPTY;
-            for (slot, child) in children(tree, source).into_iter().enumerate() {
-                let from = &tree.nodes[child];
+            // A root that is a block is the only child of its node.
+            let children = if choices.is_block(source) { vec![source] } else { choices.children(source) };
+            for (slot, child) in children.into_iter().enumerate() {
+                let bounds = tree.nodes[child].aabb();
                 for axis in 0..3 {
-                    node.planes_m[axis][0][slot] = from.aabb().min[axis];
-                    node.planes_m[axis][1][slot] = from.aabb().max[axis];
+                    node.planes_m[axis][0][slot] = bounds.min[axis];
+                    node.planes_m[axis][1][slot] = bounds.max[axis];
                 }
-                if from.is_leaf() {
+                if choices.is_block(child) {
                     node.child[slot] = u32_from(self.blocks.len()) | IS_BLOCK;
-                    let first = index(from.first_index);
-                    let triangles = &tree.primitive_indices[first..first + index(from.prim_count)];
-                    self.blocks.push(block(triangles, triangles_m, is_cut_out));
+                    self.blocks.push(block(&choices.triangles(child)));
                 } else {
                     node.child[slot] = u32_from(self.nodes.len());
-                    open.push((child, self.nodes.len(), level + 1));
+                    open.push((child, self.nodes.len()));
                     self.nodes.push(EMPTY);
                 }
             }
@@ -151,31 +132,8 @@ impl Bvh {
 const EMPTY: Node =
     Node { planes_m: [[[f32::INFINITY; CHILDREN], [f32::NEG_INFINITY; CHILDREN]]; 3], child: [IS_BLOCK; CHILDREN] };
 
-/// What becomes the children of a wide node.
-fn children(tree: &Bvh2, source: usize) -> Vec<usize> {
-    if tree.nodes[source].is_leaf() {
-        return vec![source];
-    }
-    let pair = |node: usize| [index(tree.nodes[node].first_index), index(tree.nodes[node].first_index) + 1];
-    let mut found = pair(source).to_vec();
-    while found.len() < CHILDREN {
-        let mut largest: Option<(usize, f32)> = None;
-        for (place, &node) in found.iter().enumerate() {
-            let area = tree.nodes[node].aabb().half_area();
-            if !tree.nodes[node].is_leaf() && largest.is_none_or(|(_, most)| area > most) {
-                largest = Some((place, area));
-            }
-        }
-        let Some((place, _)) = largest else { break };
-        let [first, second] = pair(found[place]);
-        found[place] = first;
-        found.push(second);
-    }
-    found
-}
-
 fn block(triangles: &[u32], triangles_m: &[[[f32; 3]; 3]], is_cut_out: &dyn Fn(u32) -> bool) -> TriangleBlock {
-    assert!((1..=BLOCK).contains(&triangles.len()), "the collapse of leaves fills no block beyond its end");
+    assert!((1..=BLOCK).contains(&triangles.len()), "a leaf fills a block at most");
     let mut block = TriangleBlock {
         corners_m: [[[0.0; BLOCK]; 3]; 3],
         normal: [[0.0; BLOCK]; 3],

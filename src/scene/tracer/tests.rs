@@ -3,7 +3,7 @@
 use super::block::{Candidate, take};
 use super::*;
 use crate::draw::DrawKey;
-use crate::num::{f32_nearest, f64_from_usize, u64_from};
+use crate::num::{f32_nearest, f64_from_usize, u32_from, u64_from};
 use crate::scene::box_room::box_room;
 use crate::scene::bvh::TriangleBlock;
 use crate::scene::chance::pair;
@@ -14,6 +14,8 @@ fn closest_by_trying_all<H: Holes>(bvh: &Bvh, holes: &H, packet: &Packet) -> Hit
     let mut places: Vec<_> =
         bvh.blocks.iter().flat_map(|block| (0..slots(block)).map(move |slot| (block, slot))).collect();
     places.sort_by_key(|(block, slot)| block.triangle[*slot]);
+    let triangles = places.iter().map(|(block, slot)| block.triangle[*slot]);
+    assert!(triangles.eq(0..u32_from(places.len())), "each triangle is in one place");
     let zero = Floats::splat(0.0);
     let mut all = Hits { t: packet.t_max, triangle: [MISS; LANES], u: zero, v: zero };
     for lane in 0..LANES {
@@ -229,6 +231,25 @@ fn a_tree_of_one_triangle_is_walked_to_its_end() {
     for lane in 0..LANES {
         assert_eq!(hits.triangle[lane], if lane == 3 { MISS } else { 0 }, "lane {lane}");
     }
+}
+
+/// Boxes within one another give a deep tree of many nodes that a ray meets at once.
+#[test]
+fn triangles_about_one_point_are_met_as_by_trying_all() {
+    let triangles_m: Vec<[[f32; 3]; 3]> = (1..3000_u16)
+        .map(|size| {
+            [[-1.0, -1.0, 0.1], [1.0, -1.0, -0.1], [0.0, 1.0, 0.1]].map(|corner| corner.map(|at| at * f32::from(size)))
+        })
+        .collect();
+    let bvh = Bvh::build(&triangles_m);
+    let mut hits = 0;
+    for case in 0..50 {
+        let packet = hard_packet(DrawKey::root(22).with(case), &triangles_m, 0.0);
+        let fast = closest(&bvh, &packet, &mut Stack::new());
+        assert_eq!(bits(&fast), bits(&closest_by_trying_all(&bvh, &NoHoles, &packet)), "case {case}");
+        hits += fast.triangle.iter().filter(|&&triangle| triangle != MISS).count();
+    }
+    assert!(hits > 50, "{hits} hits");
 }
 
 /// Holes in a pattern that only the arguments decide: stripes of corner weight, on every other triangle wholly open.
