@@ -9,6 +9,14 @@ const FIRST: &str = "First: 'sensel run box --frames 30' simulates a small gener
 'sensel run' takes\nthe default scenario, a furnished room. 'sensel presets' lists sensors, lenses and scenes; \
 'sensel VERB --help' explains a verb.";
 
+/// A pixel as "column,row".
+fn pixel(text: &str) -> Result<(u32, u32), String> {
+    let number = |part: &str| part.trim().parse::<u32>().ok();
+    text.split_once(',')
+        .and_then(|(x, y)| Some((number(x)?, number(y)?)))
+        .ok_or_else(|| "must be a column and a row, as in 120,80".to_owned())
+}
+
 /// From photons to pose, bit by bit: simulates a machine-perception image sensor end to end.
 #[derive(Parser, Debug)]
 #[command(name = "sensel", version, about, propagate_version = true, after_help = FIRST)]
@@ -262,6 +270,9 @@ pub struct FeaturesArguments {
     /// In DN of the pipeline (compute.pipeline_bits, 8 by default).
     #[arg(long)]
     pub threshold: Option<u16>,
+    /// Says what becomes of this pixel in each octave: a feature, or the stage that loses it.
+    #[arg(long, value_name = "X,Y", value_parser = pixel, conflicts_with_all = ["detector", "csv", "draw"])]
+    pub at: Option<(u32, u32)>,
     /// Writes the features as CSV; without it and --draw they go to stdout or to --out, as CSV or, with --json, as JSON.
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,

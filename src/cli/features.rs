@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use sensel::compute::{Extractor, ExtractorParams, Feature, every_corner};
+use sensel::compute::{Extractor, ExtractorParams, Fate, Feature, PixelFate, every_corner, fates};
 use sensel::config::Resolved;
 use sensel::error::Error;
 use sensel::fidelity::Rung;
@@ -22,7 +22,11 @@ pub fn main(arguments: &FeaturesArguments, shared: &CommonOptions) -> Result<(),
     {
         file.as_ref().map_or(Ok(()), |file| place::check_ending(option, file, &endings[..], what))?;
     }
-    let (ending, what) = if shared.json { ("json", "JSON (with --json)") } else { ("csv", "CSV (without --json)") };
+    let (ending, what) = match (shared.json, arguments.at) {
+        (true, _) => ("json", "JSON (with --json)"),
+        (false, Some(_)) => ("txt", "text (with --at)"),
+        (false, None) => ("csv", "CSV (without --json)"),
+    };
     let out = place::output_file(shared, &[ending], what, &format!("features.{ending}"))?;
     let mut assignments = shared.set.clone();
     assignments.extend(arguments.threshold.map(|threshold| format!("compute.threshold={threshold}")));
@@ -47,6 +51,25 @@ pub fn main(arguments: &FeaturesArguments, shared: &CommonOptions) -> Result<(),
     for (option, file) in outputs {
         file.map_or(Ok(()), |file| place::refuse_input(option, file))?;
     }
+    let as_text = |text: &str| -> Result<(), Error> {
+        match &out {
+            Some(file) => place::write_output("--out", file, text.as_bytes()),
+            None => {
+                out!("{text}");
+                Ok(())
+            }
+        }
+    };
+    if let Some(at) = arguments.at {
+        let (threshold, fates) =
+            fates(&picture.codes, picture.bits, &params, at).map_err(of_file(&picture, arguments))?;
+        return as_text(&if shared.json {
+            let listed = json!({"threshold": threshold, "pipeline_bits": params.pipeline_bits, "octaves": fates});
+            format!("{}\n", listing::pretty(&listed))
+        } else {
+            fates.iter().map(|fate| said(fate, threshold)).collect()
+        });
+    }
     let (features, threshold) = features(&picture, arguments, &params, extractor)?;
     if let (Some(full_scale), false) = (picture.full_scale, shared.quiet) {
         words::note(&format!(
@@ -60,15 +83,6 @@ pub fn main(arguments: &FeaturesArguments, shared: &CommonOptions) -> Result<(),
     if let Some(file) = &arguments.csv {
         place::write_output("--csv", file, csv(&features).as_bytes())?;
     }
-    let as_text = |text: &str| -> Result<(), Error> {
-        match &out {
-            Some(file) => place::write_output("--out", file, text.as_bytes()),
-            None => {
-                out!("{text}");
-                Ok(())
-            }
-        }
-    };
     if shared.json {
         let all: Vec<_> = features.iter().map(as_json).collect();
         let size = picture.codes.size();
@@ -96,11 +110,37 @@ fn features(
     } else {
         extractor.settled(&picture.codes, picture.bits).map(|found| (found.features, found.threshold))
     };
-    found.map_err(|error| {
-        let size = picture.codes.size();
-        let reason = format!("is {} x {} pixels: {error}", size.width_px, size.height_px);
-        Error::Content { file: arguments.image.display().to_string(), reason }
-    })
+    found.map_err(of_file(picture, arguments))
+}
+
+/// An error that names the picture and its size.
+fn of_file(picture: &Grey, arguments: &FeaturesArguments) -> impl Fn(Error) -> Error {
+    let (size, file) = (picture.codes.size(), arguments.image.display().to_string());
+    move |error| Error::Content {
+        file: file.clone(),
+        reason: format!("is {} x {} pixels: {error}", size.width_px, size.height_px),
+    }
+}
+
+/// A line on a pixel of an octave.
+fn said(pixel: &PixelFate, threshold: u16) -> String {
+    let PixelFate { octave, x_px, y_px, arc_difference, fate } = pixel;
+    let score = arc_difference.saturating_sub(1);
+    let what = match fate {
+        Fate::BelowThreshold => {
+            format!("no corner: its arc difference of {arc_difference} is not above the threshold of {threshold}")
+        }
+        Fate::Suppressed { by_x_px, by_y_px, by_arc_difference } => format!(
+            "suppressed: its arc difference is {arc_difference}, that of ({by_x_px}, {by_y_px}) beside it {by_arc_difference}"
+        ),
+        Fate::WithoutPatch => format!("a corner of score {score} without a patch: it is within 16 pixels of the edge"),
+        Fate::Unselected { rank, least_rank } => format!(
+            "a corner of score {score} that its cell does not keep: its rank is {rank}, the least one kept {least_rank}"
+        ),
+        Fate::Dropped => format!("a corner of score {score} that no engine takes in time: see compute.overflow"),
+        Fate::Feature { number } => format!("a corner of score {score}: feature {number} of the list, from 0"),
+    };
+    format!("octave {octave} ({x_px}, {y_px}): {what}\n")
 }
 
 fn descriptor(feature: &Feature) -> String {

@@ -130,7 +130,7 @@ pub(super) fn octaves<W: Word>(picture: Plane<W>, params: &ExtractorParams) -> V
 }
 
 /// How many corners an octave has, and those whose patch lies in it.
-fn candidates<W: Word>(
+pub(super) fn candidates<W: Word>(
     picture: &Plane<W>,
     octave: u8,
     threshold: u16,

@@ -71,27 +71,22 @@ pub fn linear_from_srgb_share(value: f64) -> f64 {
 impl Texture {
     /// Takes row-major sRGB codes, the top row first. Panics unless there are width times height of them, at least one.
     pub fn from_srgb(width: u32, height: u32, codes: &[[u8; 3]], wrap: [Wrap; 2]) -> Self {
-        assert!(!codes.is_empty() && codes.len() == index(width) * index(height), "a picture needs its texels");
-        let mut linear = [0; 256];
-        for code in 0..=u8::MAX {
-            linear[usize::from(code)] = quantised(linear_from_srgb(code) * f64::from(ONE));
-        }
-        Self::from_codes(width, height, codes, &linear, wrap)
+        Self::from_codes(width, height, codes, wrap, |code| quantised(linear_from_srgb(code) * f64::from(ONE)))
     }
 
     /// As `from_srgb`, but codes are values: 255 is 1.
     pub fn from_linear(width: u32, height: u32, codes: &[[u8; 3]], wrap: [Wrap; 2]) -> Self {
+        Self::from_codes(width, height, codes, wrap, |code| 257 * u16::from(code))
+    }
+
+    /// Takes the value of each code. Plain loops, because adapters of iterators and arrays are calls in the tests' build, and a
+    /// scene has ten million texels.
+    fn from_codes(width: u32, height: u32, codes: &[[u8; 3]], wrap: [Wrap; 2], value: impl Fn(u8) -> u16) -> Self {
         assert!(!codes.is_empty() && codes.len() == index(width) * index(height), "a picture needs its texels");
         let mut values = [0; 256];
         for code in 0..=u8::MAX {
-            values[usize::from(code)] = 257 * u16::from(code);
+            values[usize::from(code)] = value(code);
         }
-        Self::from_codes(width, height, codes, &values, wrap)
-    }
-
-    /// Takes the value of each code. A plain loop, because adapters of iterators and arrays are calls in the tests' build, and a
-    /// scene has ten million texels.
-    fn from_codes(width: u32, height: u32, codes: &[[u8; 3]], values: &[u16; 256], wrap: [Wrap; 2]) -> Self {
         let mut texels = Vec::with_capacity(codes.len());
         for &[r, g, b] in codes {
             let red = values[usize::from(r)];

@@ -1,0 +1,216 @@
+//! What becomes of one pixel: the stage at which the extractor loses it, or the feature that it gives.
+
+use serde::Serialize;
+
+use super::cells::{CellLists, CornerCandidate, has_patch};
+use super::fast::arc_difference_at;
+use super::params::ExtractorParams;
+use super::sequence::{candidates, octaves};
+use super::word::Word;
+use super::{Extracted, Extractor, check_codes, words};
+use crate::error::Error;
+use crate::events::Events;
+use crate::num::{index, low_u16};
+use crate::plane::Plane;
+
+/// A pixel of an octave and what became of it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct PixelFate {
+    /// Half-scale octave, 0 is full size.
+    pub octave: u8,
+    /// Its column in the octave.
+    pub x_px: u32,
+    /// Its row in the octave.
+    pub y_px: u32,
+    /// Its arc difference, in DN of the pipeline; 0 within three pixels of the edge.
+    pub arc_difference: u16,
+    /// What became of it.
+    #[serde(flatten)]
+    pub fate: Fate,
+}
+
+/// Stages in their order (docs/extractor.md, "Where a corner is lost").
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(tag = "fate", rename_all = "snake_case")]
+pub enum Fate {
+    /// Its arc difference is not above the threshold.
+    BelowThreshold,
+    /// A neighbour's arc difference is no smaller.
+    Suppressed {
+        /// That neighbour's column.
+        by_x_px: u32,
+        /// That neighbour's row.
+        by_y_px: u32,
+        /// The neighbour's arc difference.
+        by_arc_difference: u16,
+    },
+    /// Its patch does not lie in the picture.
+    WithoutPatch,
+    /// Its cell keeps others.
+    Unselected {
+        /// Its value under the criterion of the selection.
+        rank: u16,
+        /// The least one that its cell keeps.
+        least_rank: u16,
+    },
+    /// No engine took it: the queue was full, or its rows were overwritten.
+    Dropped,
+    /// A feature left.
+    Feature {
+        /// Which one, from 0.
+        number: usize,
+    },
+}
+
+/// What becomes of a pixel (column, row) of a picture of codes of `bits` bits in each octave, and the threshold. The picture is the first
+/// of a run, at the threshold that its own corners ask for; all its pixels are there, and records are taken at once. Fails on a pixel that
+/// is none of the picture's, and as `Extractor::frame` does.
+pub fn fates(
+    codes: &Plane<u16>,
+    bits: u32,
+    params: &ExtractorParams,
+    (x_px, y_px): (u32, u32),
+) -> Result<(u16, Vec<PixelFate>), Error> {
+    let size = codes.size();
+    if x_px >= size.width_px || y_px >= size.height_px {
+        let (x_last, y_last) = (size.width_px.saturating_sub(1), size.height_px.saturating_sub(1));
+        return Err(Error::Run(format!("({x_px}, {y_px}) is no pixel of it; use 0,0 to {x_last},{y_last}")));
+    }
+    check_codes(codes, bits)?;
+    // Without the fit, places tell from which pixels the features are.
+    let whole = ExtractorParams { subpixel: false, ..*params };
+    let extracted = Extractor::new(&whole).settled(codes, bits)?;
+    let (whole, events) = (whole.for_codes(bits), &mut Events::default());
+    let fates = if whole.pipeline_bits == 8 {
+        in_octaves(words::<u8>(codes, bits, &whole, events), &whole, &extracted, (x_px, y_px))
+    } else {
+        in_octaves(words::<u16>(codes, bits, &whole, events), &whole, &extracted, (x_px, y_px))
+    };
+    Ok((extracted.threshold, fates))
+}
+
+fn in_octaves<W: Word>(
+    picture: Plane<W>,
+    params: &ExtractorParams,
+    extracted: &Extracted,
+    (x_px, y_px): (u32, u32),
+) -> Vec<PixelFate> {
+    let octaves = octaves(picture, params);
+    let at = |(octave, picture): (u8, &Plane<W>)| {
+        let (x_px, y_px) = (x_px >> octave, y_px >> octave);
+        // An odd last column or row is in no upper octave.
+        (x_px < picture.size().width_px && y_px < picture.size().height_px)
+            .then(|| in_octave(picture, octave, params, extracted, (x_px, y_px)))
+    };
+    (0..).zip(&octaves).filter_map(at).collect()
+}
+
+fn in_octave<W: Word>(
+    picture: &Plane<W>,
+    octave: u8,
+    params: &ExtractorParams,
+    extracted: &Extracted,
+    (x_px, y_px): (u32, u32),
+) -> PixelFate {
+    let arc_difference = |x_px: u32, y_px: u32| low_u16(arc_difference_at(picture, x_px, y_px).number());
+    let own = arc_difference(x_px, y_px);
+    let mut greatest = (0, (x_px, y_px));
+    for y in y_px.saturating_sub(1)..=(y_px + 1).min(picture.size().height_px - 1) {
+        for x in x_px.saturating_sub(1)..=(x_px + 1).min(picture.size().width_px - 1) {
+            if (x, y) != (x_px, y_px) {
+                greatest = greatest.max((arc_difference(x, y), (x, y)));
+            }
+        }
+    }
+    let fate = if own <= extracted.threshold {
+        Fate::BelowThreshold
+    } else if greatest.0 >= own {
+        let (by_arc_difference, (by_x_px, by_y_px)) = greatest;
+        Fate::Suppressed { by_x_px, by_y_px, by_arc_difference }
+    } else {
+        of_corner(picture, octave, params, extracted, (x_px, y_px))
+    };
+    PixelFate { octave, x_px, y_px, arc_difference: own, fate }
+}
+
+fn of_corner<W: Word>(
+    picture: &Plane<W>,
+    octave: u8,
+    params: &ExtractorParams,
+    extracted: &Extracted,
+    (x_px, y_px): (u32, u32),
+) -> Fate {
+    let (_, candidates) = candidates(picture, octave, extracted.threshold, params);
+    let is_own = |candidate: &CornerCandidate| (candidate.corner.x_px, candidate.corner.y_px) == (x_px, y_px);
+    let Some(own) = candidates.iter().find(|candidate| is_own(candidate)) else { return Fate::WithoutPatch };
+    debug_assert!(has_patch(picture.size(), &own.corner));
+    let lists = CellLists::of(&candidates, picture.size(), params.cell_px, index(params.per_cell));
+    let kept = lists.list(index(y_px / params.cell_px), index(x_px / params.cell_px));
+    if !kept.iter().any(is_own) {
+        let least_rank = kept.last().expect("a full cell is not empty").rank;
+        return Fate::Unselected { rank: own.rank, least_rank };
+    }
+    // In sixteenths of the full picture's pixels.
+    let place = |place_px: u32| (((place_px << 4) + 8) << octave) - 8;
+    let left = extracted.features.iter().position(|feature| {
+        let [x, y] = [feature.x, feature.y].map(|place| u32::from(place.to_bits()));
+        (feature.octave, x, y) == (octave, place(x_px), place(y_px))
+    });
+    left.map_or(Fate::Dropped, |number| Fate::Feature { number })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::params::{Overflow, Rank};
+    use super::super::test_pictures::noise;
+    use super::*;
+
+    /// Every pixel of a picture has a fate, and as many have each as the extractor counts.
+    #[test]
+    fn fates_of_all_pixels_are_what_the_extractor_counts() {
+        let usual = ExtractorParams { target_features: 0, octaves: 2, per_cell: 1, ..ExtractorParams::USUAL };
+        let cases = [
+            ("usual", usual),
+            ("longer words", ExtractorParams { pipeline_bits: 10, rank: Rank::Harris, ..usual }),
+            ("full queue", ExtractorParams { overflow: Overflow::DropWeakest, fifo_depth: 1, engines: 1, ..usual }),
+            ("adapted", ExtractorParams { target_features: 40, ..usual }),
+        ];
+        for (name, params) in cases {
+            let codes = noise(75, 67, 200, 5).map(u16::from);
+            let extracted = Extractor::new(&params).settled(&codes, 8).unwrap();
+            let mut counted = [0; 6];
+            let mut features = Vec::new();
+            for y in 0..67 {
+                for x in 0..75 {
+                    let (threshold, fates) = fates(&codes, 8, &params, (x, y)).unwrap();
+                    assert_eq!(threshold, extracted.threshold, "{name}");
+                    // Four pixels share one of an upper octave.
+                    let is_first = |fate: &&PixelFate| x % (1 << fate.octave) == 0 && y % (1 << fate.octave) == 0;
+                    for fate in fates.iter().filter(is_first) {
+                        counted[match fate.fate {
+                            Fate::BelowThreshold => 0,
+                            Fate::Suppressed { .. } => 1,
+                            Fate::WithoutPatch => 2,
+                            Fate::Unselected { .. } => 3,
+                            Fate::Dropped => 4,
+                            Fate::Feature { number } => {
+                                let feature = &extracted.features[number];
+                                assert_eq!((feature.octave, feature.score), (fate.octave, fate.arc_difference - 1));
+                                features.push(number);
+                                5
+                            }
+                        }] += 1;
+                    }
+                }
+            }
+            features.sort_unstable();
+            assert!(features.into_iter().eq(0..extracted.features.len()), "{name}");
+            let counts = &extracted.counts;
+            assert_eq!(counted[2..4], [counts.without_patch, counts.unselected], "{name}");
+            assert_eq!(counted[4], counts.dropped + counts.late, "{name}");
+            assert!(counted[1] > 0 && counted[2] > 0 && counted[3] > 0 && counted[5] > 0, "{name}: {counted:?}");
+            assert_eq!(counted[4] > 0, name == "full queue", "{name}: {counted:?}");
+            assert_eq!(counted.iter().sum::<u64>(), 75 * 67 + 37 * 33, "{name}");
+        }
+    }
+}
