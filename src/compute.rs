@@ -40,7 +40,7 @@ mod clocked;
 mod describe;
 mod even;
 mod fast;
-mod fate;
+pub mod fate;
 mod feature;
 mod half;
 mod harris;
@@ -64,7 +64,6 @@ mod work;
 pub use back::{AlwaysReady, Records};
 pub use even::{FrameClocks, even_frame};
 pub use fast::{Corner, fast9};
-pub use fate::{Fate, PixelFate, fates};
 pub use orientation::angle_of;
 pub use params::{
     ExtractorParams, OCTAVE_SIDE_PX_MIN, Overflow, PATCH_MARGIN_PX, PairPattern, Rank, SIDE_PX_MAX, SIDE_PX_MIN,

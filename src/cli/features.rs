@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use sensel::compute::{Extractor, ExtractorParams, Fate, Feature, PixelFate, every_corner, fates};
+use sensel::compute::fate::{Fate, PixelFate, fates};
+use sensel::compute::{Extractor, ExtractorParams, Feature, every_corner};
 use sensel::config::Resolved;
 use sensel::error::Error;
 use sensel::fidelity::Rung;

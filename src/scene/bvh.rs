@@ -15,13 +15,8 @@ use obvhs::bvh2::Bvh2;
 
 use self::binary::LEVELS_MAX;
 use self::widen::Choices;
+pub use self::widen::{BLOCK, CHILDREN};
 use crate::num::{f32_nearest, index, u32_from};
-
-/// Children of a node.
-pub const CHILDREN: usize = 8;
-
-/// Triangles of a block.
-pub const BLOCK: usize = 8;
 
 /// Nodes that a traversal may have open: all children but one on every level.
 pub const OPEN_MAX: usize = LEVELS_MAX * (CHILDREN - 1) + 1;

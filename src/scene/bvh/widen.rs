@@ -3,8 +3,13 @@
 
 use obvhs::bvh2::Bvh2;
 
-use super::{BLOCK, CHILDREN};
 use crate::num::{index, u32_from};
+
+/// Children of a node.
+pub const CHILDREN: usize = 8;
+
+/// Triangles of a block.
+pub const BLOCK: usize = 8;
 
 /// Cost of a block in units of a node: both test eight at a time.
 const BLOCK_COST: f32 = 1.0;
