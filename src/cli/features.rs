@@ -61,23 +61,24 @@ pub fn main(arguments: &FeaturesArguments, shared: &CommonOptions) -> Result<(),
             }
         }
     };
-    if let Some(at) = arguments.at {
-        let (threshold, fates) =
-            fates(&picture.codes, picture.bits, &params, at).map_err(of_file(&picture, arguments))?;
-        return as_text(&if shared.json {
-            let listed = json!({"threshold": threshold, "pipeline_bits": params.pipeline_bits, "octaves": fates});
-            format!("{}\n", listing::pretty(&listed))
-        } else {
-            fates.iter().map(|fate| said(fate, threshold)).collect()
-        });
-    }
-    let (features, threshold) = features(&picture, arguments, &params, extractor)?;
     if let (Some(full_scale), false) = (picture.full_scale, shared.quiet) {
         words::note(&format!(
             "{}: linear; code 65535 stands for {full_scale}, its brightest pixel",
             arguments.image.display()
         ));
     }
+    if let Some(at) = arguments.at {
+        let (threshold, fates) =
+            fates(&picture.codes, picture.bits, &params, at).map_err(of_file(&picture, arguments))?;
+        return as_text(&if shared.json {
+            let listed = json!({"bits": picture.bits, "full_scale": picture.full_scale, "threshold": threshold,
+                "pipeline_bits": params.pipeline_bits, "octaves": fates});
+            format!("{}\n", listing::pretty(&listed))
+        } else {
+            fates.iter().map(|fate| said(fate, threshold)).collect()
+        });
+    }
+    let (features, threshold) = features(&picture, arguments, &params, extractor)?;
     if let Some(file) = &arguments.draw {
         draw::features(file, &picture.codes, picture.bits, &features)?;
     }
@@ -128,6 +129,10 @@ fn said(pixel: &PixelFate, threshold: u16) -> String {
     let PixelFate { octave, x_px, y_px, arc_difference, fate } = pixel;
     let score = arc_difference.saturating_sub(1);
     let what = match fate {
+        Fate::NotInOctave => {
+            "no pixel of it: the octave is not built, or leaves out an odd last column or row".to_owned()
+        }
+        Fate::AtEdge => "no corner: it is within 3 pixels of the edge".to_owned(),
         Fate::BelowThreshold => {
             format!("no corner: its arc difference of {arc_difference} is not above the threshold of {threshold}")
         }
@@ -136,9 +141,12 @@ fn said(pixel: &PixelFate, threshold: u16) -> String {
         ),
         Fate::WithoutPatch => format!("a corner of score {score} without a patch: it is within 16 pixels of the edge"),
         Fate::Unselected { rank, least_rank } => format!(
-            "a corner of score {score} that its cell does not keep: its rank is {rank}, the least one kept {least_rank}"
+            "a corner of score {score} that its cell does not keep: its rank is {rank}, the least one kept {least_rank} (of equal \
+             ones the first stay)"
         ),
-        Fate::Dropped => format!("a corner of score {score} that no engine takes in time: see compute.overflow"),
+        Fate::Dropped => {
+            format!("a corner of score {score} that no engine loads: the queue is full, or its rows are overwritten")
+        }
         Fate::Feature { number } => format!("a corner of score {score}: feature {number} of the list, from 0"),
     };
     format!("octave {octave} ({x_px}, {y_px}): {what}\n")

@@ -3,11 +3,11 @@
 use serde::Serialize;
 
 use super::cells::{CellLists, CornerCandidate, has_patch};
-use super::fast::arc_difference_at;
+use super::fast::{BORDER_PX, arc_difference_at};
 use super::params::ExtractorParams;
 use super::sequence::{candidates, octaves};
 use super::word::Word;
-use super::{Extracted, Extractor, check_codes, words};
+use super::{Extracted, Extractor, words};
 use crate::error::Error;
 use crate::events::Events;
 use crate::num::{index, low_u16};
@@ -29,10 +29,14 @@ pub struct PixelFate {
     pub fate: Fate,
 }
 
-/// Stages in their order (docs/extractor.md, "Where a corner is lost").
+/// Stages in their order (docs/extractor.md, "What happened to my corner").
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "fate", rename_all = "snake_case")]
 pub enum Fate {
+    /// The octave is not built, or an odd last column or row that it leaves out.
+    NotInOctave,
+    /// It is within three pixels of the edge.
+    AtEdge,
     /// Its arc difference is not above the threshold.
     BelowThreshold,
     /// A neighbour's arc difference is no smaller.
@@ -53,7 +57,7 @@ pub enum Fate {
         /// The least one that its cell keeps.
         least_rank: u16,
     },
-    /// No engine took it: the queue was full, or its rows were overwritten.
+    /// The queue was full, or its rows were overwritten before an engine had loaded them.
     Dropped,
     /// A feature left.
     Feature {
@@ -76,33 +80,45 @@ pub fn fates(
         let (x_last, y_last) = (size.width_px.saturating_sub(1), size.height_px.saturating_sub(1));
         return Err(Error::Run(format!("({x_px}, {y_px}) is no pixel of it; use 0,0 to {x_last},{y_last}")));
     }
-    check_codes(codes, bits)?;
+    let (extracted, mut fates) = extracted_fates(codes, bits, params, [(x_px, y_px)].into_iter())?;
+    Ok((extracted.threshold, fates.remove(0)))
+}
+
+/// Extracts once, and gives what becomes of some pixels.
+fn extracted_fates(
+    codes: &Plane<u16>,
+    bits: u32,
+    params: &ExtractorParams,
+    pixels: impl Iterator<Item = (u32, u32)>,
+) -> Result<(Extracted, Vec<Vec<PixelFate>>), Error> {
     // Without the fit, places tell from which pixels the features are.
     let whole = ExtractorParams { subpixel: false, ..*params };
     let extracted = Extractor::new(&whole).settled(codes, bits)?;
-    let (whole, events) = (whole.for_codes(bits), &mut Events::default());
-    let fates = if whole.pipeline_bits == 8 {
-        in_octaves(words::<u8>(codes, bits, &whole, events), &whole, &extracted, (x_px, y_px))
+    let (params, events) = (&whole.for_codes(bits), &mut Events::default());
+    let fates = if params.pipeline_bits == 8 {
+        let octaves = octaves(words::<u8>(codes, bits, params, events), params);
+        pixels.map(|pixel| in_octaves(&octaves, params, &extracted, pixel)).collect()
     } else {
-        in_octaves(words::<u16>(codes, bits, &whole, events), &whole, &extracted, (x_px, y_px))
+        let octaves = octaves(words::<u16>(codes, bits, params, events), params);
+        pixels.map(|pixel| in_octaves(&octaves, params, &extracted, pixel)).collect()
     };
-    Ok((extracted.threshold, fates))
+    Ok((extracted, fates))
 }
 
 fn in_octaves<W: Word>(
-    picture: Plane<W>,
+    octaves: &[Plane<W>],
     params: &ExtractorParams,
     extracted: &Extracted,
     (x_px, y_px): (u32, u32),
 ) -> Vec<PixelFate> {
-    let octaves = octaves(picture, params);
-    let at = |(octave, picture): (u8, &Plane<W>)| {
+    let at = |octave: u8| {
         let (x_px, y_px) = (x_px >> octave, y_px >> octave);
-        // An odd last column or row is in no upper octave.
-        (x_px < picture.size().width_px && y_px < picture.size().height_px)
-            .then(|| in_octave(picture, octave, params, extracted, (x_px, y_px)))
+        let inside = |picture: &&Plane<W>| x_px < picture.size().width_px && y_px < picture.size().height_px;
+        let outside = PixelFate { octave, x_px, y_px, arc_difference: 0, fate: Fate::NotInOctave };
+        let picture = octaves.get(usize::from(octave)).filter(inside);
+        picture.map_or(outside, |picture| in_octave(picture, octave, params, extracted, (x_px, y_px)))
     };
-    (0..).zip(&octaves).filter_map(at).collect()
+    (0..).take(index(params.octaves)).map(at).collect()
 }
 
 fn in_octave<W: Word>(
@@ -122,7 +138,11 @@ fn in_octave<W: Word>(
             }
         }
     }
-    let fate = if own <= extracted.threshold {
+    let is_inner =
+        |place_px: u32, side_px: u32| index(place_px) >= BORDER_PX && index(place_px) + BORDER_PX < index(side_px);
+    let fate = if !is_inner(x_px, picture.size().width_px) || !is_inner(y_px, picture.size().height_px) {
+        Fate::AtEdge
+    } else if own <= extracted.threshold {
         Fate::BelowThreshold
     } else if greatest.0 >= own {
         let (by_arc_difference, (by_x_px, by_y_px)) = greatest;
@@ -170,46 +190,54 @@ mod tests {
     fn fates_of_all_pixels_are_what_the_extractor_counts() {
         let usual = ExtractorParams { target_features: 0, octaves: 2, per_cell: 1, ..ExtractorParams::USUAL };
         let cases = [
-            ("usual", usual),
-            ("longer words", ExtractorParams { pipeline_bits: 10, rank: Rank::Harris, ..usual }),
-            ("full queue", ExtractorParams { overflow: Overflow::DropWeakest, fifo_depth: 1, engines: 1, ..usual }),
-            ("adapted", ExtractorParams { target_features: 40, ..usual }),
+            ("usual", 8, usual),
+            ("longer words", 12, ExtractorParams { pipeline_bits: 10, rank: Rank::Harris, ..usual }),
+            ("full queue", 8, ExtractorParams { overflow: Overflow::DropWeakest, fifo_depth: 1, engines: 1, ..usual }),
+            ("adapted", 8, ExtractorParams { target_features: 40, ..usual }),
+            ("few bits", 3, ExtractorParams { threshold: 4, ..usual }),
         ];
-        for (name, params) in cases {
-            let codes = noise(75, 67, 200, 5).map(u16::from);
-            let extracted = Extractor::new(&params).settled(&codes, 8).unwrap();
-            let mut counted = [0; 6];
+        for (name, bits, params) in cases {
+            let codes = noise(75, 67, 200, 5).map(|value| u16::from(value) << 8 >> (16 - bits));
+            let extracted = Extractor::new(&params).settled(&codes, bits).unwrap();
+            let pixels = || (0..67).flat_map(|y| (0..75).map(move |x| (x, y)));
+            let (without_fit, all) = extracted_fates(&codes, bits, &params, pixels()).unwrap();
+            assert_eq!((without_fit.threshold, without_fit.counts), (extracted.threshold, extracted.counts), "{name}");
+            assert_eq!(
+                fates(&codes, bits, &params, (40, 30)).unwrap(),
+                (extracted.threshold, all[30 * 75 + 40].clone())
+            );
+            let mut counted = [0; 7];
             let mut features = Vec::new();
-            for y in 0..67 {
-                for x in 0..75 {
-                    let (threshold, fates) = fates(&codes, 8, &params, (x, y)).unwrap();
-                    assert_eq!(threshold, extracted.threshold, "{name}");
-                    // Four pixels share one of an upper octave.
-                    let is_first = |fate: &&PixelFate| x % (1 << fate.octave) == 0 && y % (1 << fate.octave) == 0;
-                    for fate in fates.iter().filter(is_first) {
-                        counted[match fate.fate {
-                            Fate::BelowThreshold => 0,
-                            Fate::Suppressed { .. } => 1,
-                            Fate::WithoutPatch => 2,
-                            Fate::Unselected { .. } => 3,
-                            Fate::Dropped => 4,
-                            Fate::Feature { number } => {
-                                let feature = &extracted.features[number];
-                                assert_eq!((feature.octave, feature.score), (fate.octave, fate.arc_difference - 1));
-                                features.push(number);
-                                5
-                            }
-                        }] += 1;
-                    }
+            for ((x, y), fates) in pixels().zip(&all) {
+                assert_eq!(fates.len(), 2);
+                // Four pixels share one of an upper octave.
+                let is_first = |fate: &&PixelFate| x % (1 << fate.octave) == 0 && y % (1 << fate.octave) == 0;
+                for fate in fates.iter().filter(is_first) {
+                    counted[match fate.fate {
+                        Fate::NotInOctave => continue,
+                        Fate::AtEdge => 0,
+                        Fate::BelowThreshold => 1,
+                        Fate::Suppressed { .. } => 2,
+                        Fate::WithoutPatch => 3,
+                        Fate::Unselected { .. } => 4,
+                        Fate::Dropped => 5,
+                        Fate::Feature { number } => {
+                            let feature = &extracted.features[number];
+                            assert_eq!((feature.octave, feature.score), (fate.octave, fate.arc_difference - 1));
+                            features.push(number);
+                            6
+                        }
+                    }] += 1;
                 }
             }
             features.sort_unstable();
             assert!(features.into_iter().eq(0..extracted.features.len()), "{name}");
             let counts = &extracted.counts;
-            assert_eq!(counted[2..4], [counts.without_patch, counts.unselected], "{name}");
-            assert_eq!(counted[4], counts.dropped + counts.late, "{name}");
-            assert!(counted[1] > 0 && counted[2] > 0 && counted[3] > 0 && counted[5] > 0, "{name}: {counted:?}");
-            assert_eq!(counted[4] > 0, name == "full queue", "{name}: {counted:?}");
+            assert_eq!(counted[3..5], [counts.without_patch, counts.unselected], "{name}");
+            assert_eq!(counted[5], counts.dropped + counts.late, "{name}");
+            assert!([1, 2, 3, 4, 6].iter().all(|&fate| counted[fate] > 0), "{name}: {counted:?}");
+            assert_eq!(counted[5] > 0, name == "full queue", "{name}: {counted:?}");
+            assert_eq!(counted[0], 75 * 67 - 69 * 61 + 37 * 33 - 31 * 27, "{name}");
             assert_eq!(counted.iter().sum::<u64>(), 75 * 67 + 37 * 33, "{name}");
         }
     }

@@ -1,19 +1,21 @@
 //! The bounding volume hierarchy over triangles: flat arrays that the packet tracer traverses.
 //!
-//! A binary tree is built, then widened to nodes of eight children and leaves of a block of triangles, each in arrays that fit
+//! A binary tree is built and improved, then widened to nodes of eight children and leaves of a block of triangles, each in arrays that fit
 //! registers.
 //! Which tree comes out changes only the speed: hits depend on the triangles alone.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-mod binary;
+mod cluster;
+mod reinsert;
+mod tree;
 mod widen;
 
 use glam::{DVec3, Vec3A};
-use obvhs::aabb::Aabb;
-use obvhs::bvh2::Bvh2;
 
-use self::binary::LEVELS_MAX;
+use self::cluster::{LEVELS_MAX, cluster};
+use self::reinsert::reinsert;
+use self::tree::{Bounds, Tree};
 use self::widen::Choices;
 pub use self::widen::{BLOCK, CHILDREN};
 use crate::num::{f32_nearest, index, u32_from};
@@ -73,8 +75,8 @@ impl Bvh {
     pub fn build_with_cut_outs(triangles_m: &[[[f32; 3]; 3]], is_cut_out: &dyn Fn(u32) -> bool) -> Self {
         assert!(!triangles_m.is_empty(), "a tree needs a triangle");
         let pad_m = pad_m(triangles_m);
-        let boxes: Vec<Aabb> = triangles_m.iter().map(|corners_m| bounds(corners_m, pad_m)).collect();
-        let tree = binary::build(&boxes);
+        let boxes: Vec<Bounds> = triangles_m.iter().map(|corners_m| bounds(corners_m, pad_m)).collect();
+        let tree = reinsert(cluster(&boxes));
         let mut flat = Self { nodes: Vec::new(), blocks: Vec::new(), pad_m };
         flat.fill(&tree, &|triangles| block(triangles, triangles_m, is_cut_out));
         flat
@@ -95,7 +97,7 @@ impl Bvh {
     }
 
     /// Takes over a binary tree.
-    fn fill(&mut self, tree: &Bvh2, block: &dyn Fn(&[u32]) -> TriangleBlock) {
+    fn fill(&mut self, tree: &Tree, block: &dyn Fn(&[u32]) -> TriangleBlock) {
         let choices = Choices::new(tree);
         self.nodes.push(EMPTY);
         // Depth first, so that a traversal of the near side reads neighbouring lines.
@@ -105,10 +107,10 @@ impl Bvh {
             // A root that is a block is the only child of its node.
             let children = if choices.is_block(source) { vec![source] } else { choices.children(source) };
             for (slot, child) in children.into_iter().enumerate() {
-                let bounds = tree.nodes[child].aabb();
+                let bounds = &tree.nodes[child].bounds;
                 for axis in 0..3 {
-                    node.planes_m[axis][0][slot] = bounds.min[axis];
-                    node.planes_m[axis][1][slot] = bounds.max[axis];
+                    node.planes_m[axis][0][slot] = bounds.least_m[axis];
+                    node.planes_m[axis][1][slot] = bounds.greatest_m[axis];
                 }
                 if choices.is_block(child) {
                     node.child[slot] = u32_from(self.blocks.len()) | IS_BLOCK;
@@ -174,8 +176,8 @@ fn pad_m(triangles_m: &[[[f32; 3]; 3]]) -> f32 {
     f32::EPSILON * (16.0 * extent_m + 2.0 * farthest_m)
 }
 
-fn bounds(corners_m: &[[f32; 3]; 3], pad_m: f32) -> Aabb {
+fn bounds(corners_m: &[[f32; 3]; 3], pad_m: f32) -> Bounds {
     let [a, b, c] = corners_m.map(Vec3A::from_array);
     let pad = Vec3A::splat(pad_m);
-    Aabb::new(a.min(b).min(c) - pad, a.max(b).max(c) + pad)
+    Bounds { least_m: a.min(b).min(c) - pad, greatest_m: a.max(b).max(c) + pad }
 }

@@ -113,6 +113,7 @@ fn a_pixel_says_what_became_of_its_corner() {
         ("24,24", "octave 0 (24, 24): a corner of score 159: feature 0 of the list, from 0\n"),
         ("25,24", "octave 0 (25, 24): suppressed: its arc difference is 150, that of (24, 24) beside it 160\n"),
         ("3, 3", "octave 0 (3, 3): no corner: its arc difference of 0 is not above the threshold of 20\n"),
+        ("2,9", "octave 0 (2, 9): no corner: it is within 3 pixels of the edge\n"),
     ] {
         let outcome = sensel(&["features", &file, "--at", at]);
         assert_eq!((outcome.code, outcome.stdout.as_str()), (0, said), "{outcome:?}");
@@ -121,7 +122,10 @@ fn a_pixel_says_what_became_of_its_corner() {
     let read: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap();
     let octave =
         serde_json::json!({"octave": 0, "x_px": 24, "y_px": 24, "arc_difference": 160, "fate": "feature", "number": 0});
-    assert_eq!(read, serde_json::json!({"threshold": 20, "pipeline_bits": 8, "octaves": [octave]}));
+    assert_eq!(
+        read,
+        serde_json::json!({"bits": 8, "full_scale": null, "threshold": 20, "pipeline_bits": 8, "octaves": [octave]})
+    );
     for (at, said) in [("48,3", "use 0,0 to 47,47"), ("3", "as in 120,80"), ("-1,3", "")] {
         let outcome = sensel(&["features", &file, "--at", at]);
         assert!(outcome.code == 2 && outcome.stderr.contains(said), "{at}: {outcome:?}");
