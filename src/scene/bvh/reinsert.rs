@@ -75,15 +75,23 @@ fn improve(tree: &mut Tree, parents: &mut [u32], count: usize) {
     let mut moves: Vec<Move> =
         largest.into_iter().filter_map(|(_, node)| best_move(tree, parents, node, &mut open)).collect();
     moves.sort_unstable_by(|a, b| b.gain_m2.total_cmp(&a.gain_m2).then(a.node.cmp(&b.node)));
-    // Moves that share a node would spoil each other's gain.
+    // Moves that share a node would spoil each other's gain. An earlier move may have brought the place below the node itself.
     let mut touched = vec![false; tree.nodes.len()];
     for Move { node, to, .. } in moves {
         let near = [node, sibling(node), index(parents[node]), to, index(parents[to])];
-        if near.iter().all(|&node| !touched[node]) {
+        if near.iter().all(|&node| !touched[node]) && !is_within(parents, to, node) {
             near.into_iter().for_each(|node| touched[node] = true);
             carry_out(tree, parents, node, to);
         }
     }
+}
+
+/// Whether a node is another one or below it.
+fn is_within(parents: &[u32], mut node: usize, other: usize) -> bool {
+    while node != 0 && node != other {
+        node = index(parents[node]);
+    }
+    node == other
 }
 
 /// The other node of a pair. The root has none; pairs begin at odd places.
@@ -104,7 +112,9 @@ fn best_move(tree: &Tree, parents: &[u32], node: usize, open: &mut Vec<(f32, usi
     loop {
         open.clear();
         open.push((saved_m2, beside));
-        while let Some((saved_m2, to)) = open.pop() {
+        while tried < TRIED_MAX
+            && let Some((saved_m2, to)) = open.pop()
+        {
             tried += 1;
             // Below this place at least the node's own surface is added.
             if saved_m2 - own_m2 <= best.gain_m2 {
@@ -123,7 +133,7 @@ fn best_move(tree: &Tree, parents: &[u32], node: usize, open: &mut Vec<(f32, usi
             rest = rest.union(&tree.nodes[beside].bounds);
             saved_m2 += tree.half_area_m2(ancestor) - rest.half_area_m2();
         }
-        if ancestor == 0 || tried > TRIED_MAX {
+        if ancestor == 0 || tried == TRIED_MAX {
             return (best.to != node).then_some(best);
         }
         (beside, ancestor) = (sibling(ancestor), index(parents[ancestor]));
