@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::cells::{CellLists, CornerCandidate, has_patch};
+use super::cells::{CellLists, CornerCandidate};
 use super::fast::{BORDER_PX, arc_difference_at};
 use super::params::ExtractorParams;
 use super::sequence::{candidates, octaves};
@@ -163,7 +163,6 @@ fn of_corner<W: Word>(
     let (_, candidates) = candidates(picture, octave, extracted.threshold, params);
     let is_own = |candidate: &CornerCandidate| (candidate.corner.x_px, candidate.corner.y_px) == (x_px, y_px);
     let Some(own) = candidates.iter().find(|candidate| is_own(candidate)) else { return Fate::WithoutPatch };
-    debug_assert!(has_patch(picture.size(), &own.corner));
     let lists = CellLists::of(&candidates, picture.size(), params.cell_px, index(params.per_cell));
     let kept = lists.list(index(y_px / params.cell_px), index(x_px / params.cell_px));
     if !kept.iter().any(is_own) {

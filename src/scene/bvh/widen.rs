@@ -18,7 +18,7 @@ struct Choice {
     cost: [f32; CHILDREN],
     /// How many of those places its first child has; 0 where one place fewer costs no more.
     first_has: [u8; CHILDREN],
-    /// How many of its own places the first child has if it becomes a wide node.
+    /// If it becomes a wide node: how many of that node's places its first child has.
     first_has_within: u8,
     /// Triangles below.
     triangles: u32,
