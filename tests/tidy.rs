@@ -23,6 +23,7 @@ const ORDER: &[&str] = &[
     "error",
     "picture",
     "parallel",
+    "heap",
     "simd",
     "draw",
     "events",

@@ -163,10 +163,11 @@ impl Bake {
     /// Bakes a scene, whose key under these settings is known. `progress` is told the share done, from any thread.
     pub(super) fn of(scene: &Scene, settings: &BakeSettings, key: [u8; 32], progress: &(dyn Fn(f64) + Sync)) -> Self {
         progress(0.0);
-        let traced = TracedSamples::of(scene, settings, &|share| progress(0.95 * share));
+        let mut traced = TracedSamples::of(scene, settings, &|share| progress(0.95 * share));
         let stand_ins = buried::stand_ins(&scene.layout, |place| traced.buried[place]);
         let irradiance = settled(scene, &traced, &stand_ins, 0);
         let flickering = if scene.flickering.is_empty() { Vec::new() } else { settled(scene, &traced, &stand_ins, 1) };
+        traced.drop_hits();
         let light_of = |source: usize| {
             let mut light = traced.by_source(source, irradiance.len());
             buried::fill(&mut light, &stand_ins);

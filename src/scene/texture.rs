@@ -11,9 +11,9 @@ mod mip;
 pub mod picture;
 
 pub use mip::Wrap;
-use mip::{MipLevel, Plain, chain};
+use mip::{COLOURS, MipLevel, Plain, chain};
 
-use super::light::{BANDS, Bands};
+use super::light::{Bands, INFRARED, with_infrared};
 use crate::num::{f32_from_u32, f32_nearest, i32_truncated_f32, index, u32_from, u32_truncated};
 
 /// A picture with its mip chain.
@@ -89,8 +89,7 @@ impl Texture {
         }
         let mut texels = Vec::with_capacity(codes.len());
         for &[r, g, b] in codes {
-            let red = values[usize::from(r)];
-            texels.push([red, values[usize::from(g)], values[usize::from(b)], red]);
+            texels.push([values[usize::from(r)], values[usize::from(g)], values[usize::from(b)]]);
         }
         let levels = chain(Plain { width, height, texels }, wrap);
         Self::of_levels([width, height], levels, wrap)
@@ -103,7 +102,7 @@ impl Texture {
 
     /// A white picture of a size that takes no memory: what footprints are found on where a material has maps without a base colour.
     pub fn white(width: u32, height: u32) -> Self {
-        let white = Plain { width: 1, height: 1, texels: vec![[u16::MAX; 4]] };
+        let white = Plain { width: 1, height: 1, texels: vec![[u16::MAX; COLOURS]] };
         let wrap = [Wrap::Repeat; 2];
         Self::of_levels([width, height], vec![white.with_rim(wrap)], wrap)
     }
@@ -115,15 +114,15 @@ impl Texture {
 
     /// Least and greatest linear value of each band over all texels. No filtered value lies outside.
     pub fn range(&self) -> [Bands; 2] {
-        let mut range = [[u16::MAX; BANDS], [0; BANDS]];
+        let mut range = [[u16::MAX; COLOURS], [0; COLOURS]];
         // A rim repeats what is within it.
-        for texel in self.levels[0].texels.as_chunks::<BANDS>().0 {
-            for band in 0..BANDS {
-                range[0][band] = range[0][band].min(texel[band]);
-                range[1][band] = range[1][band].max(texel[band]);
+        for texel in self.levels[0].colours() {
+            for colour in 0..COLOURS {
+                range[0][colour] = range[0][colour].min(texel[colour]);
+                range[1][colour] = range[1][colour].max(texel[colour]);
             }
         }
-        range.map(|corner| corner.map(|value| f32::from(value) / ONE))
+        range.map(|corner| with_infrared(corner.map(|value| f32::from(value) / ONE)))
     }
 
     /// Linear colour at texture coordinates (glTF: origin top left, v downwards), averaged over about `texels` texels of
@@ -162,10 +161,12 @@ impl Texture {
             }
         }
         let scale = 1.0 / (ONE * f32_from_u32(footprint.taps));
-        sum.map(|value| value * scale)
+        let mut mean = sum.map(|value| value * scale);
+        mean[INFRARED] = mean[0];
+        mean
     }
 
-    /// Sum of one level over the places of a footprint. All places are found at once, whether asked for or not.
+    /// Sum of one level over the places of a footprint, without the infrared. All places are found at once, whether asked for or not.
     #[inline(always)]
     fn taps(&self, level: usize, uv: [f32; 2], footprint: &Footprint) -> Bands {
         let level = &self.levels[level];
@@ -240,10 +241,10 @@ const TAPS: usize = 8;
 
 const _: () = assert!(index(TAPS_MAX) == TAPS);
 
-/// Bilinear between the four texels from one on, by the weights of the second column and row.
+/// Bilinear between the four texels from one on, by the weights of the second column and row. The infrared is left to its caller.
 #[inline(always)]
 fn between(texels: &[u16], from: u32, stride: u32, [fx, fy]: [f32; 2]) -> Bands {
-    let (from, stride) = (4 * index(from), 4 * index(stride));
+    let (from, stride) = (COLOURS * index(from), COLOURS * index(stride));
     // Places are never beyond the rim; a square that ended there would be black.
     let Some(square) = texels.get(from..from + stride + 8) else { return [0.0; 4] };
     let (above, below) = (floats_of_pair(square), floats_of_pair(&square[stride..]));
@@ -253,12 +254,12 @@ fn between(texels: &[u16], from: u32, stride: u32, [fx, fy]: [f32; 2]) -> Bands 
     }
     let mut out = [0.0; 4];
     for band in 0..4 {
-        out[band] = pair[band] + (pair[4 + band] - pair[band]) * fx;
+        out[band] = pair[band] + (pair[COLOURS + band] - pair[band]) * fx;
     }
     out
 }
 
-/// The first two texels.
+/// The first two texels, and two numbers beyond.
 #[inline(always)]
 fn floats_of_pair(texels: &[u16]) -> [f32; 8] {
     let Some(pair) = texels.first_chunk::<8>() else { return [0.0; 8] };
@@ -381,10 +382,11 @@ impl Texture {
         });
         hasher.update(&u32_from(self.wrap[0] as usize * 3 + self.wrap[1] as usize).to_le_bytes());
         // The rim follows from the rest. In one piece: hashing many blocks at once is several times as fast.
+        let texels = level.colours().as_flattened();
         if cfg!(target_endian = "little") {
-            hasher.update(bytemuck::cast_slice(&level.texels));
+            hasher.update(bytemuck::cast_slice(texels));
         } else {
-            for values in level.texels.chunks(1024) {
+            for values in texels.chunks(1024) {
                 hasher.update(&values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>());
             }
         }

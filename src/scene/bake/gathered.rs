@@ -86,6 +86,11 @@ impl Gathered {
         self.looks.push(Looks { rays: u32_from(rays), met_end, mirrored_end });
     }
 
+    /// Drops what the rays met, and what errors are found from.
+    pub fn drop_hits(&mut self) {
+        (self.met, self.mirrored, self.looks, self.by_chance) = Default::default();
+    }
+
     /// Puts a value of each of these places among those of all.
     pub fn put<T: Copy>(&self, values: &[T], all: &mut [T]) {
         for (&place, &value) in self.places.iter().zip(values) {

@@ -24,6 +24,9 @@ use crate::num::{f32_nearest, f64_from_usize, index, u32_from};
 /// Samples of a unit of parallel work.
 const CHUNK: usize = 128;
 
+/// Units whose light is held until it is put among that of all places: enough for all threads, and little beside the rest.
+const CHUNKS_TOGETHER: usize = 64;
+
 /// Cells of a unit of parallel work.
 const CELLS: usize = 64;
 
@@ -110,12 +113,17 @@ impl TracedSamples {
         light.into_iter().map(|[unoccluded, received]| SourceLight { unoccluded, received }).collect()
     }
 
+    /// Drops what the rays met, once no further bounce is asked for: most of the memory of a bake.
+    pub fn drop_hits(&mut self) {
+        self.gathered.iter_mut().for_each(Gathered::drop_hits);
+    }
+
     /// Light of a group at every place after one more bounce.
     pub fn bounced(&self, group: usize, exitance: &[Bands]) -> Vec<Bands> {
-        let chunks = in_chunks(self.gathered.len(), 1, |range| self.gathered[range.start].bounced(group, exitance));
         let mut light = vec![[0.0; BANDS]; exitance.len()];
-        for (chunk, values) in self.gathered.iter().zip(&chunks) {
-            chunk.put(values, &mut light);
+        for chunks in self.gathered.chunks(CHUNKS_TOGETHER) {
+            let values = in_chunks(chunks.len(), 1, |range| chunks[range.start].bounced(group, exitance));
+            chunks.iter().zip(&values).for_each(|(chunk, values)| chunk.put(values, &mut light));
         }
         interpolate(&self.stencils, &mut light);
         light

@@ -5,7 +5,7 @@
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 use super::super::lanes::{Floats, LANES, Mask, next_lane};
-use super::super::light::{BANDS, Bands};
+use super::super::light::{BANDS, Bands, INFRARED};
 use super::{Footprint, ONE, TAPS_MAX, TO_WHOLE, Texture, Wrap, between};
 use crate::num::f32_from_u32;
 
@@ -49,11 +49,12 @@ impl Texture {
             for band in 0..BANDS {
                 sums[lane][band] *= scale;
             }
+            sums[lane][INFRARED] = sums[lane][0];
         }
         sums
     }
 
-    /// Sums of one level over the places of each lane.
+    /// Sums of one level over the places of each lane, without the infrared.
     #[inline(always)]
     fn sums_alike(&self, level: usize, rows: &TapRows, lanes: Mask) -> [Bands; LANES] {
         let level = &self.levels[level];

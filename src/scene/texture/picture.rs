@@ -8,7 +8,7 @@ use super::{Texture, Wrap};
 
 /// Edge of a picture at most.
 const EDGE_PX_MAX: u32 = 8_192;
-/// Texels of all pictures of a scene together at most: 350 MB as they are kept, coarser levels included.
+/// Texels of all pictures of a scene together at most: 270 MB as they are kept, coarser levels included.
 const TEXELS_MAX: u64 = 1 << 25;
 
 /// A decoded picture.

@@ -3,6 +3,7 @@
 use super::*;
 use crate::draw::DrawKey;
 use crate::num::low_u32;
+use crate::scene::light::BANDS;
 
 fn checker(size: u32) -> Texture {
     let codes: Vec<[u8; 3]> =
@@ -110,7 +111,7 @@ fn texel(level: &MipLevel, wrap: [Wrap; 2], at: [i64; 2]) -> [f64; BANDS] {
     };
     let (x, y) = (of_axis(0, level.width), of_axis(1, level.height));
     let row = level.rows().nth(y).unwrap();
-    std::array::from_fn(|band| f64::from(row[BANDS * x + band]) / f64::from(ONE))
+    std::array::from_fn(|band| f64::from(row[COLOURS * x + band % COLOURS]) / f64::from(ONE))
 }
 
 /// One bilinear look-up in a level, by definition.
