@@ -38,7 +38,6 @@ pub mod error;
 #[cfg(feature = "exr")]
 pub mod picture;
 pub mod parallel;
-pub mod heap;
 pub mod simd;
 pub mod draw;
 pub mod events;

@@ -23,7 +23,6 @@ const ORDER: &[&str] = &[
     "error",
     "picture",
     "parallel",
-    "heap",
     "simd",
     "draw",
     "events",

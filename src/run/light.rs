@@ -210,7 +210,6 @@ fn baked(scene: &Scene, limits: BakeLimits, assets: &dyn Assets, progress: &dyn 
     }
     limits.check(BakeCost::of(scene, &settings))?;
     let bake = scene.bake_under(&settings, key, &|share| progress.at("light", share));
-    crate::heap::give_back();
     assets.store(&blake3::Hash::from_bytes(key).to_hex(), &bake.to_bytes());
     Ok(bake)
 }

@@ -13,19 +13,16 @@ use super::super::geometry::Scene;
 use super::super::light::{BANDS, Bands};
 use super::super::tracer::Stack;
 use super::aims::{Aims, visible_aims};
-use super::cells::{GridCell, NODES, Nodes};
+use super::cells::{GridCell, Nodes};
 use super::clearance::{FlatBox, is_anything_near};
 use super::fan::GROUPS;
 use super::gathered::Gathered;
 use super::settings::BakeSettings;
-use super::sources::{Source, SourceLight};
+use super::traced::{CHUNKS_TOGETHER, Stencil, TracedSamples, interpolate};
 use crate::num::{f32_nearest, f64_from_usize, index, u32_from};
 
 /// Samples of a unit of parallel work.
 const CHUNK: usize = 128;
-
-/// Units whose light is held until it is put among that of all places: enough for all threads, and little beside the rest.
-const CHUNKS_TOGETHER: usize = 64;
 
 /// Cells of a unit of parallel work.
 const CELLS: usize = 64;
@@ -46,104 +43,24 @@ const CLEARANCE: f64 = 0.5;
 /// Bounces in the light that cells are judged by.
 const BOUNCES: usize = 2;
 
-/// A sample whose light is a weighted mean of its cell's nodes.
-#[derive(Clone, Copy, Debug)]
-pub struct Stencil {
-    sample: u32,
-    nodes: [u32; NODES],
-    weights: [f32; NODES],
-}
-
-/// Traced rays of all samples that were chosen, and how the rest follows from them.
-#[derive(Clone, Debug, Default)]
-pub struct TracedSamples {
-    /// The traced samples.
-    pub gathered: Vec<Gathered>,
-    /// Whether a place lies within something closed.
-    pub buried: Vec<bool>,
-    /// The sources that are told apart.
-    pub sources: Vec<Source>,
-    stencils: Vec<Stencil>,
-}
-
-impl TracedSamples {
-    /// Traces a scene. `progress` is told the share of samples that are done.
-    pub fn of(scene: &Scene, settings: &BakeSettings, progress: &(dyn Fn(f64) + Sync)) -> Self {
-        let mut refinement = WaveRefinement::new(scene, settings, progress);
-        let mut cells = Vec::new();
-        for (number, shade) in (0_u32..).zip(&scene.layout.triangles) {
-            if shade.grid_steps > 0 {
-                GridCell::append_grid(number, shade.grid_steps, &mut cells);
-            }
-        }
-        if !settings.interpolates {
-            cells.clear();
-        }
-        let is_wanted = |&sample: &u32| !settings.interpolates || !scene.layout.samples[index(sample)].on_grid;
-        refinement.wanted = (0..u32_from(scene.layout.samples.len())).filter(is_wanted).collect();
-        while !(cells.is_empty() && refinement.wanted.is_empty()) {
-            cells = refinement.wave(cells);
-        }
-        refinement.traced()
-    }
-
-    /// Samples whose rays were traced.
-    #[cfg(test)]
-    pub fn samples(&self) -> usize {
-        let mut all: Vec<u32> = self.gathered.iter().flat_map(|chunk| &chunk.places).map(|place| place / 2).collect();
-        all.dedup();
-        all.len()
-    }
-
-    /// Direct light of a group at every place.
-    pub fn direct(&self, group: usize, places: usize) -> Vec<Bands> {
-        let mut light = vec![[0.0; BANDS]; places];
-        for chunk in &self.gathered {
-            chunk.put(&chunk.direct[group], &mut light);
-        }
-        interpolate(&self.stencils, &mut light);
-        light
-    }
-
-    /// What one of the strongest sources sends to every place.
-    pub fn by_source(&self, source: usize, places: usize) -> Vec<SourceLight> {
-        let mut light = vec![[0.0; 2]; places];
-        self.gathered.iter().for_each(|chunk| chunk.put(&chunk.by_source[source], &mut light));
-        interpolate(&self.stencils, &mut light);
-        light.into_iter().map(|[unoccluded, received]| SourceLight { unoccluded, received }).collect()
-    }
-
-    /// Drops what the rays met, once no further bounce is asked for: most of the memory of a bake.
-    pub fn drop_hits(&mut self) {
-        self.gathered.iter_mut().for_each(Gathered::drop_hits);
-    }
-
-    /// Light of a group at every place after one more bounce.
-    pub fn bounced(&self, group: usize, exitance: &[Bands]) -> Vec<Bands> {
-        let mut light = vec![[0.0; BANDS]; exitance.len()];
-        for chunks in self.gathered.chunks(CHUNKS_TOGETHER) {
-            let values = in_chunks(chunks.len(), 1, |range| chunks[range.start].bounced(group, exitance));
-            chunks.iter().zip(&values).for_each(|(chunk, values)| chunk.put(values, &mut light));
-        }
-        interpolate(&self.stencils, &mut light);
-        light
-    }
-}
-
-/// Fills in the light of samples that follow from others. Weights of second degree are below zero in places: light never is.
-fn interpolate<const N: usize>(stencils: &[Stencil], light: &mut [[f32; N]]) {
-    for stencil in stencils {
-        for side in 0..2 {
-            let mut mixed = [0.0; N];
-            for (&node, &weight) in stencil.nodes.iter().zip(&stencil.weights) {
-                let known = &light[2 * index(node) + side];
-                for band in 0..N {
-                    mixed[band] += known[band] * weight;
-                }
-            }
-            light[2 * index(stencil.sample) + side] = mixed.map(|value: f32| value.max(0.0));
+/// Traces a scene. `progress` is told the share of samples that are done.
+pub fn traced_samples(scene: &Scene, settings: &BakeSettings, progress: &(dyn Fn(f64) + Sync)) -> TracedSamples {
+    let mut refinement = WaveRefinement::new(scene, settings, progress);
+    let mut cells = Vec::new();
+    for (number, shade) in (0_u32..).zip(&scene.layout.triangles) {
+        if shade.grid_steps > 0 {
+            GridCell::append_grid(number, shade.grid_steps, &mut cells);
         }
     }
+    if !settings.interpolates {
+        cells.clear();
+    }
+    let is_wanted = |&sample: &u32| !settings.interpolates || !scene.layout.samples[index(sample)].on_grid;
+    refinement.wanted = (0..u32_from(scene.layout.samples.len())).filter(is_wanted).collect();
+    while !(cells.is_empty() && refinement.wanted.is_empty()) {
+        cells = refinement.wave(cells);
+    }
+    refinement.traced()
 }
 
 /// The state between waves.
@@ -244,19 +161,23 @@ impl<'a> WaveRefinement<'a> {
         let total = f64_from_usize(self.is_traced.len().max(1));
         let before = std::sync::atomic::AtomicUsize::new(self.done);
         let (scene, aims, bounces, progress) = (self.scene, &self.aims, self.bounces, self.progress);
-        let new = in_chunks(wanted.len(), CHUNK, |range| {
-            let count = range.len();
-            let chunk = Gathered::of(scene, aims, bounces, &wanted[range]);
-            let before = before.fetch_add(count, std::sync::atomic::Ordering::Relaxed);
-            progress(f64_from_usize(before + count) / total);
-            chunk
-        });
-        for chunk in &new {
-            chunk.put(&chunk.buried, &mut self.traced.buried);
-            chunk.places.iter().for_each(|&place| self.is_traced[index(place / 2)] = true);
-        }
         let first = self.traced.gathered.len();
-        self.traced.gathered.extend(new);
+        for wanted in wanted.chunks(CHUNKS_TOGETHER * CHUNK) {
+            let new = in_chunks(wanted.len(), CHUNK, |range| {
+                let count = range.len();
+                let chunk = Gathered::of(scene, aims, bounces, &wanted[range]);
+                let before = before.fetch_add(count, std::sync::atomic::Ordering::Relaxed);
+                progress(f64_from_usize(before + count) / total);
+                chunk
+            });
+            for chunk in &new {
+                chunk.put(&chunk.buried, &mut self.traced.buried);
+                chunk.places.iter().for_each(|&place| self.is_traced[index(place / 2)] = true);
+                // A copy of this thread's own: allocators keep a heap for each thread, and what the threads of the work made would stay in
+                // theirs once a bake is done.
+                self.traced.gathered.push(chunk.clone());
+            }
+        }
         wanted.iter().for_each(|&sample| self.finish(sample));
         first
     }
@@ -468,7 +389,7 @@ mod tests {
         }
         let scene = props(10.0, &boxes);
         let settings = BakeSettings::of(&scene);
-        let traced = TracedSamples::of(&scene, &settings, &|_| {});
+        let traced = traced_samples(&scene, &settings, &|_| {});
         let (samples, all) = (traced.samples(), scene.layout.samples.len());
         assert!(boxes.len() == 125 && all > 200_000, "{all} samples");
         let cost = BakeCost::of(&scene, &settings);
@@ -482,7 +403,7 @@ mod tests {
     fn interpolated_light_is_what_rays_would_have_found() {
         let scene = props(6.0, &[([-0.4, 0.0, -0.3], 0.8), ([0.9, 0.7, 0.2], 0.4), ([-1.7, 0.0, 0.9], 0.1)]);
         let settings = BakeSettings::ROOM;
-        let traced = TracedSamples::of(&scene, &settings, &|_| {});
+        let traced = traced_samples(&scene, &settings, &|_| {});
         let places = 2 * scene.layout.samples.len();
         let light = traced.direct(0, places);
         let samples: Vec<u32> = (0..u32_from(scene.layout.samples.len())).collect();
