@@ -25,11 +25,10 @@ mod traced;
 
 use super::geometry::Scene;
 use super::hashing::hash_floats;
-use super::light::{BANDS, Bands, luminance};
+use super::light::{BANDS, Bands};
 use super::mesh::ALBEDO_MAX;
 use crate::num::{f32_nearest, greater, lesser, u64_from};
 pub use aims::Aimed;
-use fan::{FLICKERING, GROUPS, STEADY};
 use refine::traced_samples;
 pub use settings::{BAKE_VERSION, BakeCost, BakeSettings};
 pub use source_lists::{ListedLight, SourceLists};
@@ -58,9 +57,6 @@ const CONVERGED_SHARE: f32 = 1e-4;
 
 /// Irradiance below this share of the greatest, which is found beside a lamp, does not keep the iteration going.
 const DIM_SHARE: f32 = 1e-5;
-
-/// Bounces that follow once places that are shut off have the light of their neighbours: what changes is near them.
-const BOUNCES_AFTER: usize = 2;
 
 /// Iterations at most. A room of the greatest albedo all over needs a few, because its light is extrapolated.
 const BOUNCES_MAX: usize = 1_000;
@@ -170,28 +166,16 @@ impl Bake {
     pub(super) fn of(scene: &Scene, settings: &BakeSettings, key: [u8; 32], progress: &(dyn Fn(f64) + Sync)) -> Self {
         progress(0.0);
         let mut traced = traced_samples(scene, settings, &|share| progress(0.95 * share));
-        let mut stand_ins = buried::stand_ins(&scene.layout, |place| traced.buried[place]);
-        let mut irradiance = [STEADY, FLICKERING].map(|group| {
-            let shines = group == STEADY || !scene.flickering.is_empty();
-            if shines { settled(scene, &traced, &stand_ins, group) } else { Vec::new() }
-        });
-        let ambient = ambient(&irradiance, traced.sources.len(), |source| light_of(&traced, &stand_ins, source));
-        let shut_off = buried::shut_off(scene, &ambient);
-        if !shut_off.is_empty() {
-            stand_ins.extend(shut_off);
-            for (group, light) in irradiance.iter_mut().enumerate().filter(|(_, light)| !light.is_empty()) {
-                buried::fill(light, &stand_ins);
-                // What stands there is lit by the floor at its foot.
-                for _ in 0..BOUNCES_AFTER {
-                    let mut exitance = vec![[0.0; BANDS]; light.len()];
-                    *light = bounced(scene, &traced, &stand_ins, group, light, &mut exitance);
-                }
-            }
-        }
+        let stand_ins = buried::stand_ins(&scene.layout, |place| traced.buried[place]);
+        let irradiance = settled(scene, &traced, &stand_ins, 0);
+        let flickering = if scene.flickering.is_empty() { Vec::new() } else { settled(scene, &traced, &stand_ins, 1) };
         traced.drop_hits();
-        let [irradiance, flickering] = irradiance;
+        let light_of = |source: usize| {
+            let mut light = traced.by_source(source, irradiance.len());
+            buried::fill(&mut light, &stand_ins);
+            light
+        };
         let light = [irradiance.as_slice(), &flickering];
-        let light_of = |source: usize| light_of(&traced, &stand_ins, source);
         let [edges, on_normal_maps] =
             SourceLists::beside_edges_and_on_normal_maps(&scene.mesh, &scene.layout, &traced.sources, light, light_of);
         progress(1.0);
@@ -199,38 +183,19 @@ impl Bake {
     }
 }
 
-/// What one of the strongest sources sends to every place.
-fn light_of(traced: &TracedSamples, stand_ins: &[(u32, u32)], source: usize) -> Vec<SourceLight> {
-    let mut light = traced.by_source(source, traced.buried.len());
-    buried::fill(&mut light, stand_ins);
-    light
-}
-
-/// Light of each place without what comes straight from single sources: 0 where that is all but rounding.
-fn ambient(light: &[Vec<Bands>; GROUPS], sources: usize, light_of: impl Fn(usize) -> Vec<SourceLight>) -> Vec<f32> {
-    let of_group =
-        |group: &[Bands], place: usize| group.get(place).map_or(0.0, |light| luminance(light.map(f64::from)));
-    let all: Vec<f64> =
-        (0..light[0].len()).map(|place| of_group(&light[0], place) + of_group(&light[1], place)).collect();
-    let mut rest = all.clone();
-    for source in 0..sources {
-        rest.iter_mut().zip(light_of(source)).for_each(|(rest, light)| *rest -= f64::from(light.received));
-    }
-    let rest = rest.into_iter().zip(all);
-    rest.map(|(rest, all)| if rest > AMBIENT_SHARE_MIN * all { f32_nearest(rest) } else { 0.0 }).collect()
-}
-
-/// Below this share of all light, what is left beside single sources is taken for the rounding of their sum.
-const AMBIENT_SHARE_MIN: f64 = 1e-3;
-
-/// Iterates the bounces of a group until they settle.
+/// Iterates the bounces of a group: next = direct + mean of (albedo times irradiance) over the places its rays met.
 fn settled(scene: &Scene, traced: &TracedSamples, stand_ins: &[(u32, u32)], group: usize) -> Vec<Bands> {
     let mut now = traced.direct(group, 2 * scene.layout.samples.len());
     buried::fill(&mut now, stand_ins);
     let mut exitance = vec![[0.0; BANDS]; now.len()];
     let mut rates = Rates::default();
     for _ in 0..BOUNCES_MAX {
-        let mut next = bounced(scene, traced, stand_ins, group, &now, &mut exitance);
+        for (place, (exitance, light)) in exitance.iter_mut().zip(&now).enumerate() {
+            let albedo = &scene.layout.samples[place / 2].albedo;
+            *exitance = std::array::from_fn(|band| light[band] * albedo[band]);
+        }
+        let mut next = traced.bounced(group, &exitance);
+        buried::fill(&mut next, stand_ins);
         rates.follow(&now, &next);
         let settled = is_settled(&now, &next, &rates);
         if !settled && rates.are_known() {
@@ -242,24 +207,6 @@ fn settled(scene: &Scene, traced: &TracedSamples, stand_ins: &[(u32, u32)], grou
         }
     }
     now
-}
-
-/// One more bounce of a group: direct light + mean of (albedo times irradiance) over the places that rays met.
-fn bounced(
-    scene: &Scene,
-    traced: &TracedSamples,
-    stand_ins: &[(u32, u32)],
-    group: usize,
-    now: &[Bands],
-    exitance: &mut [Bands],
-) -> Vec<Bands> {
-    for (place, (exitance, light)) in exitance.iter_mut().zip(now).enumerate() {
-        let albedo = &scene.layout.samples[place / 2].albedo;
-        *exitance = std::array::from_fn(|band| light[band] * albedo[band]);
-    }
-    let mut next = traced.bounced(group, exitance);
-    buried::fill(&mut next, stand_ins);
-    next
 }
 
 /// Rates at which changes fall from bounce to bounce in each band: after some bounces, the greatest eigenvalue of the light transport.

@@ -18,7 +18,7 @@ use super::clearance::{FlatBox, is_anything_near};
 use super::fan::GROUPS;
 use super::gathered::Gathered;
 use super::settings::BakeSettings;
-use super::traced::{CHUNKS_TOGETHER, Stencil, TracedSamples, interpolate};
+use super::traced::{Stencil, TracedSamples, interpolate};
 use crate::num::{f32_nearest, f64_from_usize, index, u32_from};
 
 /// Samples of a unit of parallel work.
@@ -161,23 +161,19 @@ impl<'a> WaveRefinement<'a> {
         let total = f64_from_usize(self.is_traced.len().max(1));
         let before = std::sync::atomic::AtomicUsize::new(self.done);
         let (scene, aims, bounces, progress) = (self.scene, &self.aims, self.bounces, self.progress);
-        let first = self.traced.gathered.len();
-        for wanted in wanted.chunks(CHUNKS_TOGETHER * CHUNK) {
-            let new = in_chunks(wanted.len(), CHUNK, |range| {
-                let count = range.len();
-                let chunk = Gathered::of(scene, aims, bounces, &wanted[range]);
-                let before = before.fetch_add(count, std::sync::atomic::Ordering::Relaxed);
-                progress(f64_from_usize(before + count) / total);
-                chunk
-            });
-            for chunk in &new {
-                chunk.put(&chunk.buried, &mut self.traced.buried);
-                chunk.places.iter().for_each(|&place| self.is_traced[index(place / 2)] = true);
-                // A copy of this thread's own: allocators keep a heap for each thread, and what the threads of the work made would stay in
-                // theirs once a bake is done.
-                self.traced.gathered.push(chunk.clone());
-            }
+        let new = in_chunks(wanted.len(), CHUNK, |range| {
+            let count = range.len();
+            let chunk = Gathered::of(scene, aims, bounces, &wanted[range]);
+            let before = before.fetch_add(count, std::sync::atomic::Ordering::Relaxed);
+            progress(f64_from_usize(before + count) / total);
+            chunk
+        });
+        for chunk in &new {
+            chunk.put(&chunk.buried, &mut self.traced.buried);
+            chunk.places.iter().for_each(|&place| self.is_traced[index(place / 2)] = true);
         }
+        let first = self.traced.gathered.len();
+        self.traced.gathered.extend(new);
         wanted.iter().for_each(|&sample| self.finish(sample));
         first
     }

@@ -9,8 +9,8 @@ use super::gathered::Gathered;
 use super::sources::{Source, SourceLight};
 use crate::num::index;
 
-/// Units whose results are held beside those of all others: enough for all threads, and little memory beside the rest.
-pub const CHUNKS_TOGETHER: usize = 128;
+/// Units whose light is held until it is put among that of all places: enough for all threads, and little beside the rest.
+const CHUNKS_TOGETHER: usize = 128;
 
 /// A sample whose light is a weighted mean of its cell's nodes.
 #[derive(Clone, Copy, Debug)]
