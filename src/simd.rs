@@ -2,6 +2,9 @@
 //!
 //! A kernel is a plain loop over arrays in an `#[inline(always)]` function; wider registers never change its bits, because
 //! nothing is contracted or reordered. On aarch64 and wasm the baseline is NEON or simd128 by construction.
+//!
+//! What several kernels call, or one calls in two places, is a kernel too: inlined, it would be compiled for each, and a function twice as
+//! long takes more than twice as long to compile.
 
 use std::sync::atomic::{AtomicU8, Ordering};
 

@@ -172,8 +172,8 @@ fn masked_pictures_let_rays_through_their_holes_and_opaque_ones_do_not() {
         file.json["materials"][0]["alphaMode"] = mode.into();
         let scene = scene(&file);
         // The first triangle's corners have u = 0, 1, 1: weights of the second and third corner sum to u.
-        assert_eq!(scene.mesh.is_open(0, [0.1, 0.1], || 1.0), is_open, "{mode} {alpha}");
-        assert!(!scene.mesh.is_open(0, [0.5, 0.4], || 1.0), "{mode} {alpha}");
+        assert_eq!(scene.mesh.is_open(0, [0.1, 0.1], &|| 1.0), is_open, "{mode} {alpha}");
+        assert!(!scene.mesh.is_open(0, [0.5, 0.4], &|| 1.0), "{mode} {alpha}");
         assert_eq!(scene.bvh.blocks.iter().any(|block| block.cut_out != 0), scene.mesh.materials[0].cut_out.is_some());
     }
 }

@@ -5,9 +5,9 @@ use std::path::Path;
 use std::time::Instant;
 
 use sensel::scene::lanes::{Floats, LANES};
-use sensel::scene::tracer::{Hits, MISS, Packet, Stack, closest_inline};
+use sensel::scene::tracer::{Hits, MISS, Packet, Stack, closest};
 use sensel::scene::{Scene, bvh::Bvh};
-use sensel::simd::{self, Kernel, dispatch};
+use sensel::simd;
 
 use super::compare::compare;
 use super::rays::{Peer, bathroom, primary_rays, triangles_m};
@@ -65,7 +65,9 @@ pub fn embree_s(peer: &Peer, passes: u32) -> Result<f64, String> {
 fn agrees(peer: &Peer, scene: &Scene, triangles: &[[[f32; 3]; 3]], packets: &[Packet]) -> bool {
     match peer.answers() {
         Ok(theirs) => {
-            let found = compare(triangles, packets, &trace(&scene.bvh, packets), &theirs);
+            let mut hits = unmet(packets.len());
+            trace(&scene.bvh, packets, &mut hits);
+            let found = compare(triangles, packets, &hits, &theirs);
             println!(r#"{{"work":"hits against {PEER}'s, equal to 1e-5","counts":"{found:?}"}}"#);
             found.wrong == 0
         }
@@ -76,29 +78,16 @@ fn agrees(peer: &Peer, scene: &Scene, triangles: &[[[f32; 3]; 3]], packets: &[Pa
     }
 }
 
-struct All<'a> {
-    bvh: &'a Bvh,
-    packets: &'a [Packet],
-    hits: &'a mut [Hits],
-    stack: &'a mut Stack,
-}
-
-impl Kernel for All<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        for (packet, hits) in self.packets.iter().zip(self.hits) {
-            *hits = closest_inline(self.bvh, packet, self.stack);
-        }
-    }
-}
-
-fn trace(bvh: &Bvh, packets: &[Packet]) -> Vec<Hits> {
+fn unmet(packets: usize) -> Vec<Hits> {
     let zero = Floats::splat(0.0);
-    let mut hits = vec![Hits { t: zero, triangle: [MISS; LANES], u: zero, v: zero }; packets.len()];
-    dispatch(All { bvh, packets, hits: &mut hits, stack: &mut Stack::new() });
-    hits
+    vec![Hits { t: zero, triangle: [MISS; LANES], u: zero, v: zero }; packets]
+}
+
+fn trace(bvh: &Bvh, packets: &[Packet], hits: &mut [Hits]) {
+    let mut stack = Stack::new();
+    for (packet, hits) in packets.iter().zip(hits) {
+        *hits = closest(bvh, packet, &mut stack);
+    }
 }
 
 /// Seconds of our best pass at a level.
@@ -106,12 +95,11 @@ pub fn ours_s(level: &str) -> f64 {
     keep_to(level);
     let bvh = Bvh::build(&triangles_m(&bathroom()));
     let packets = primary_rays();
-    let mut hits = trace(&bvh, &packets);
-    let mut stack = Stack::new();
+    let mut hits = unmet(packets.len());
     let mut best_s = f64::INFINITY;
     for _ in 0..PASSES {
         let begin = Instant::now();
-        dispatch(All { bvh: &bvh, packets: &packets, hits: &mut hits, stack: &mut stack });
+        trace(&bvh, &packets, &mut hits);
         best_s = best_s.min(begin.elapsed().as_secs_f64());
         std::hint::black_box(&hits);
     }

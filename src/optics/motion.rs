@@ -119,21 +119,6 @@ impl Parabolas {
         Turns(unrolled!(N in 12 => of[N][0] + share * (of[N][1] + share * of[N][2])))
     }
 
-    /// Each lane's from another of some.
-    #[inline(always)]
-    pub fn gathered<'a>(of: impl Fn(usize) -> (&'a Self, usize)) -> Self {
-        let mut all = Self { coefficients: [[Floats::splat(0.0); 3]; NUMBERS] };
-        for to in 0..LANES {
-            let (from, lane) = of(to);
-            for number in 0..NUMBERS {
-                for power in 0..3 {
-                    all.coefficients[number][power].0[to] = from.coefficients[number][power].0[lane];
-                }
-            }
-        }
-        all
-    }
-
     /// How one lane's pose changes at its share of the span, over `spans` times the span.
     #[inline(always)]
     pub fn change_of(&self, lane: usize, share: f32, spans: f32) -> Turn {
@@ -294,9 +279,15 @@ impl Timeline {
     }
 
     /// The motion of one lane of the packet, in each lane over a different piece.
-    #[inline(always)]
     pub fn gathered(&self, lane: usize, piece_of: &[usize; LANES]) -> Parabolas {
-        Parabolas::gathered(|to| (&self.pieces[piece_of[to]], lane))
+        let mut all = Parabolas { coefficients: [[Floats::splat(0.0); 3]; NUMBERS] };
+        for (to, &piece) in piece_of.iter().enumerate() {
+            let from = &self.pieces[piece].coefficients;
+            for (to_powers, from_powers) in all.coefficients.iter_mut().flatten().zip(from.iter().flatten()) {
+                to_powers.0[to] = from_powers.0[lane];
+            }
+        }
+        all
     }
 }
 

@@ -326,7 +326,7 @@ fn repair_vertex(vertex: &mut Vertex) -> bool {
 
 /// Rays pass the holes of cut-out materials. Weights are those of the second and third corner.
 impl Holes for Mesh {
-    fn is_open(&self, triangle: u32, [u, v]: [f32; 2], cos: impl FnOnce() -> f32) -> bool {
+    fn is_open(&self, triangle: u32, [u, v]: [f32; 2], cos: &dyn Fn() -> f32) -> bool {
         let Some(cut_out) = self.cut_out_of(triangle) else { return false };
         let uvs = self.triangles[index(triangle)].map(|corner| self.vertices[index(corner)].uv);
         cut_out.is_open(weighted(uvs, [1.0 - u - v, u, v]), cos, || draw_at(triangle, u, v))
@@ -345,9 +345,11 @@ fn draw_at(triangle: u32, u: f32, v: f32) -> f32 {
 pub struct BackfaceCulled<'a>(pub &'a Mesh);
 
 impl Holes for BackfaceCulled<'_> {
-    const CULLS: bool = true;
+    fn culls_backs(&self) -> bool {
+        true
+    }
 
-    fn is_open(&self, triangle: u32, weights: [f32; 2], cos: impl FnOnce() -> f32) -> bool {
+    fn is_open(&self, triangle: u32, weights: [f32; 2], cos: &dyn Fn() -> f32) -> bool {
         self.0.is_open(triangle, weights, cos)
     }
 }

@@ -13,9 +13,10 @@ mod packet;
 mod rays;
 
 use super::bvh::{Bvh, IS_BLOCK, Node, OPEN_MAX};
-use super::lanes::{Eight, Floats, LANES};
+use super::lanes::{Eight, Floats, LANES, Mask};
 use crate::num::index;
 use crate::simd::{Kernel, dispatch};
+use block::Search;
 pub use packet::{Hits, Holes, MISS, NoHoles, Packet, come_near};
 use rays::{Courses, Rays};
 
@@ -41,65 +42,63 @@ impl Default for Stack {
     }
 }
 
-struct Walk<'a, H, const ANY: bool> {
+struct Walk<'a> {
     bvh: &'a Bvh,
-    holes: &'a H,
+    search: Search<'a>,
     packet: &'a Packet,
     stack: &'a mut Stack,
 }
 
-impl<H: Holes, const ANY: bool> Kernel for Walk<'_, H, ANY> {
+impl Kernel for Walk<'_> {
     type Output = Hits;
 
     #[inline(always)]
     fn run(self) -> Hits {
-        walk::<H, ANY>(self.bvh, self.holes, self.packet, self.stack)
-    }
-}
-
-#[inline(always)]
-fn walk<H: Holes, const ANY: bool>(bvh: &Bvh, holes: &H, packet: &Packet, stack: &mut Stack) -> Hits {
-    let mut hits = Hits { t: packet.t_max, triangle: [MISS; LANES], u: Floats::splat(0.0), v: Floats::splat(0.0) };
-    let mut courses = Courses::of(packet);
-    while let Some((mask, course)) = courses.take() {
-        let rays = Rays::of(packet, mask, course);
-        let mut found = Hits { t: rays.t_max, ..hits };
-        if rays.shared {
-            descend::<H, ANY, true>(bvh, holes, &rays, stack, &mut found);
-        } else {
-            descend::<H, ANY, false>(bvh, holes, &rays, stack, &mut found);
+        let Self { bvh, search, packet, stack } = self;
+        let mut hits = Hits { t: packet.t_max, triangle: [MISS; LANES], u: Floats::splat(0.0), v: Floats::splat(0.0) };
+        let mut courses = Courses::of(packet);
+        while let Some((mask, course)) = courses.take() {
+            let rays = Rays::of(packet, mask, course);
+            let mut found = Hits { t: rays.t_max, ..hits };
+            if rays.shared {
+                descend::<true>(bvh, &search, &rays, stack, &mut found);
+            } else {
+                descend::<false>(bvh, &search, &rays, stack, &mut found);
+            }
+            hits = Hits { t: mask.select(found.t, hits.t), ..found };
         }
-        hits = Hits { t: mask.select(found.t, hits.t), ..found };
+        hits
     }
-    hits
 }
 
 /// Walks the tree, nearer children first. A child is looked at by the whole packet, then by its rays, when its turn comes.
 #[inline(always)]
-fn descend<H: Holes, const ANY: bool, const SHARED: bool>(
-    bvh: &Bvh,
-    holes: &H,
-    rays: &Rays,
-    stack: &mut Stack,
-    hits: &mut Hits,
-) {
+fn descend<const SHARED: bool>(bvh: &Bvh, search: &Search, rays: &Rays, stack: &mut Stack, hits: &mut Hits) {
     let mut t_most = hits.t.most();
-    let mut depth = enter(&bvh.nodes[0], 0, rays, t_most, stack, 0);
-    while depth > 0 {
-        depth -= 1;
-        if stack.entries[depth] > t_most {
-            continue;
-        }
-        let (node, slot) = (stack.places[depth] >> 3, index(stack.places[depth] & 7));
-        let parent = &bvh.nodes[index(node)];
-        let child = parent.child[slot];
-        if !any_enters(rays, parent, slot, hits.t) {
-            continue;
-        }
-        if child & IS_BLOCK == 0 {
-            depth = enter(&bvh.nodes[index(child)], child, rays, t_most, stack, depth);
-        } else if block::meet::<H, ANY, SHARED>(rays, holes, &bvh.blocks[index(child ^ IS_BLOCK)], bvh.pad_m, hits) {
-            t_most = hits.t.most();
+    let (mut place, mut depth) = (0, 0);
+    loop {
+        depth = enter(&bvh.nodes[index(place)], place, rays, t_most, stack, depth);
+        loop {
+            if depth == 0 {
+                return;
+            }
+            depth -= 1;
+            if stack.entries[depth] > t_most {
+                continue;
+            }
+            let (node, slot) = (stack.places[depth] >> 3, index(stack.places[depth] & 7));
+            let parent = &bvh.nodes[index(node)];
+            if !any_enters(rays, parent, slot, hits.t) {
+                continue;
+            }
+            let child = parent.child[slot];
+            if child & IS_BLOCK == 0 {
+                place = child;
+                break;
+            }
+            if block::meet::<SHARED>(rays, search, &bvh.blocks[index(child ^ IS_BLOCK)], bvh.pad_m, hits) {
+                t_most = hits.t.most();
+            }
         }
     }
 }
@@ -151,31 +150,19 @@ fn any_enters(rays: &Rays, node: &Node, slot: usize, t_max: Floats) -> bool {
     near.at_most(far).any()
 }
 
-/// The nearest hit of each ray, for kernels that are dispatched themselves.
-#[inline(always)]
-pub fn closest_inline(bvh: &Bvh, packet: &Packet, stack: &mut Stack) -> Hits {
-    closest_inline_through(bvh, &NoHoles, packet, stack)
-}
-
-/// The nearest hit of each ray that is no hole, for kernels that are dispatched themselves.
-#[inline(always)]
-pub fn closest_inline_through<H: Holes>(bvh: &Bvh, holes: &H, packet: &Packet, stack: &mut Stack) -> Hits {
-    walk::<H, false>(bvh, holes, packet, stack)
-}
-
 /// The nearest hit of each ray.
 pub fn closest(bvh: &Bvh, packet: &Packet, stack: &mut Stack) -> Hits {
     closest_through(bvh, &NoHoles, packet, stack)
 }
 
 /// The nearest hit of each ray that is no hole.
-pub fn closest_through<H: Holes>(bvh: &Bvh, holes: &H, packet: &Packet, stack: &mut Stack) -> Hits {
-    dispatch(Walk::<H, false> { bvh, holes, packet, stack })
+pub fn closest_through(bvh: &Bvh, holes: &dyn Holes, packet: &Packet, stack: &mut Stack) -> Hits {
+    dispatch(Walk { bvh, search: Search::new(holes, false), packet, stack })
 }
 
-/// Whether each ray meets anything that is no hole between its limits.
-pub fn blocked_through<H: Holes>(bvh: &Bvh, holes: &H, packet: &Packet, stack: &mut Stack) -> [bool; LANES] {
-    dispatch(Walk::<H, true> { bvh, holes, packet, stack }).triangle.map(|triangle| triangle != MISS)
+/// Which rays meet anything that is no hole between their limits.
+pub fn blocked_through(bvh: &Bvh, holes: &dyn Holes, packet: &Packet, stack: &mut Stack) -> Mask {
+    dispatch(Walk { bvh, search: Search::new(holes, true), packet, stack }).met()
 }
 
 #[cfg(test)]

@@ -114,7 +114,7 @@ fn a_pane_lets_pass_what_fresnel_leaves_of_its_transmission() {
     for (factor, grey, cos, share) in [(1.0, 1.0, 1.0, 0.96), (1.0, 1.0, 0.5, 0.93), (0.5, 0.8, 1.0, 0.384)] {
         let scene = scene(&pane(factor, [grey, grey, grey, 1.0]));
         let places = (0..10_000_u16).map(|number| [number % 100, number / 100].map(|at| (f32::from(at) + 0.5) / 200.0));
-        let passed = places.filter(|&weights| scene.mesh.is_open(0, weights, || cos)).count();
+        let passed = places.filter(|&weights| scene.mesh.is_open(0, weights, &|| cos)).count();
         let found = f64::from(u32::try_from(passed).unwrap()) / 10_000.0;
         // Four standard errors of 10,000 draws.
         assert!((found - share).abs() <= 4.0 * (share * (1.0 - share) / 10_000.0_f64).sqrt(), "{found} of {share}");

@@ -1,11 +1,11 @@
-//! Rays among moving objects: the kernels that trace and shade them, and the tiles that may see any.
+//! Rays among moving objects: the kernel that traces them, and the tiles that may see any.
 
 use super::super::motion::Timeline;
 use super::objects::{ObjectInView, Objects};
 use super::settings::{COLUMNS, ROWS};
-use super::view::{Aim, Filter, Met, ObjectHits, PacketPixels, Traced, View};
+use super::view::{Aim, Met, ObjectHits, PacketPixels, Traced, View};
 use crate::num::index;
-use crate::scene::lanes::{Floats, LANES, Mask, unrolled};
+use crate::scene::lanes::{Floats, LANES, unrolled};
 use crate::scene::light::BANDS;
 use crate::scene::mesh::BackfaceCulled;
 use crate::scene::tracer::{MISS, Packet, Stack, closest_through};
@@ -59,7 +59,7 @@ impl View<'_> {
         }
         let scene = self.scene.scene();
         let hits = closest_through(&scene.bvh, &BackfaceCulled(&scene.mesh), &packet, stack);
-        let lanes = hit(&hits.triangle);
+        let lanes = hits.met();
         let mirrors = |&triangle: &u32| triangle != MISS && self.scene.face(triangle).has_gloss(self.follows_gloss);
         if self.reflections > 0 && !objects.is_empty() && hits.triangle.iter().any(mirrors) {
             return true;
@@ -106,7 +106,7 @@ impl Kernel for AmongObjects<'_> {
             let pose = instants.of(&object.timelines[group], &mut gathered).at(aim.share);
             let packet = Packet { t_max: is_ray.select(distance_m, ended), ..pose.rays(&rays) };
             let mut traced = Traced::through(&object.lit, packet, stack);
-            let lanes = hit(&traced.hits.triangle) & is_ray;
+            let lanes = traced.hits.met() & is_ray;
             if !lanes.any() {
                 continue;
             }
@@ -121,47 +121,4 @@ impl Kernel for AmongObjects<'_> {
         }
         Met { fixed, objects }
     }
-}
-
-/// Light by band of the rays that met objects, and whether any of these keeps an image.
-pub(super) struct LightOfObjects<'a, 'b> {
-    pub view: &'a View<'b>,
-    pub objects: &'a [ObjectHits],
-    pub aim: &'a Aim<'a>,
-    /// That of the fixed scene's look-ups.
-    pub filter: &'a Filter<'a>,
-    pub stack: &'a mut Stack,
-}
-
-impl Kernel for LightOfObjects<'_, '_> {
-    type Output = ([Floats; BANDS], bool);
-
-    #[inline(always)]
-    fn run(self) -> Self::Output {
-        let Self { view, objects, aim, filter, stack } = self;
-        let (mut lux, mut is_glossy) = ([Floats::splat(0.0); BANDS], false);
-        for ObjectHits { object, traced, pose } in objects {
-            let seen = &aim.objects.all[*object];
-            let mut gathered = None;
-            let motion = aim.objects.instants.of(&seen.timelines[aim.objects.group], &mut gathered);
-            let own_aim = Aim { motion, objects: Objects { all: &[], ..aim.objects }, ..*aim };
-            let filter = match *filter {
-                Filter::Primary { bearing, .. } => Filter::Primary { bearing, pose },
-                Filter::Reflected { width_m, .. } => Filter::Reflected { width_m, pose },
-            };
-            let (own, keeps_image) = View { scene: &seen.lit, ..*view }.shade_one(traced, &own_aim, &filter, stack);
-            is_glossy |= keeps_image;
-            let lanes = Floats::splat(0.0).below(traced.packet.t_max);
-            for band in 0..BANDS {
-                lux[band] = lanes.select(own[band], lux[band]);
-            }
-        }
-        (lux, is_glossy)
-    }
-}
-
-/// Lanes that met something.
-#[inline(always)]
-fn hit(triangles: &[u32; LANES]) -> Mask {
-    Mask(std::array::from_fn(|lane| if triangles[lane] == MISS { 0 } else { u32::MAX }))
 }

@@ -8,6 +8,7 @@ use super::first_batch::{FirstBatch, Nearest};
 use super::frame::{FrameRender, share};
 use super::objects::{Instants, Objects};
 use super::pixel_samples::{OF_BEFORE, PixelSamples};
+use super::rays::Sample;
 use super::settings::{COLUMNS, ROWS};
 use super::shear::{ShearedSamples, sheared_lanes};
 use super::view::{Aim, PacketPixels, lane3};
@@ -164,21 +165,20 @@ impl Pixel<'_> {
             numbers,
             objects: Objects { all: objects, group, instants: Instants::Row(row) },
         };
-        if timeline.pieces.len() == 1 {
-            return view.sample(&aim, stack).0;
+        let (lane, mut piece_of) = (row * COLUMNS, [0; LANES]);
+        let gathered;
+        if timeline.pieces.len() > 1 {
+            for lane in 0..LANES {
+                let time = t.0[lane] * pieces;
+                let piece = u32_truncated_f32(time);
+                piece_of[lane] = index(piece);
+                aim.share.0[lane] = time - f32_from_u32(piece);
+            }
+            gathered = timeline.gathered(lane, &piece_of);
+            aim.motion = PacketMotion::ByLane(&gathered);
+            aim.objects.instants = Instants::Pieces(lane, &piece_of);
         }
-        let mut piece_of = [0; LANES];
-        for lane in 0..LANES {
-            let time = t.0[lane] * pieces;
-            let piece = u32_truncated_f32(time);
-            piece_of[lane] = index(piece);
-            aim.share.0[lane] = time - f32_from_u32(piece);
-        }
-        let lane = row * COLUMNS;
-        let motion = timeline.gathered(lane, &piece_of);
-        aim.motion = PacketMotion::ByLane(&motion);
-        aim.objects.instants = Instants::Pieces(lane, &piece_of);
-        view.sample(&aim, stack).0
+        dispatch(Sample { view, aim: &aim, stack }).0
     }
 }
 

@@ -1,9 +1,10 @@
-//! Packets of sixteen rays: generation, tracing, and shading by groups that met one surface. The kernels of `tile` and `pixel` share it.
+//! Packets of sixteen rays: generation, tracing, and shading by groups that met one surface.
 
-use super::among::{AmongObjects, LightOfObjects};
+use super::among::AmongObjects;
+use super::objects::Objects;
 use super::reflect::Reflection;
 use super::shadows::{EdgeShadows, ObjectShadows, OnSurface};
-use super::view::{Aim, Filter, Met, NearestHits, Traced, View, lane3};
+use super::view::{Aim, Filter, Met, NearestHits, ObjectHits, Traced, View, lane3};
 use crate::scene::lanes::{Floats, LANES, Mask, Vectors, next_lane, unrolled};
 use crate::scene::light::{BANDS, Bands};
 use crate::scene::lit::{MapTexels, OnTriangle, by_band};
@@ -29,33 +30,6 @@ impl Aim<'_> {
 }
 
 impl View<'_> {
-    /// Photons of a sample in each lane, and what it met.
-    #[inline(always)]
-    pub fn sample(&self, aim: &Aim, stack: &mut Stack) -> (Floats, NearestHits) {
-        let bearing = bilinear(&aim.pixels.corners, aim.place[0], aim.place[1]);
-        let pose = aim.motion.at(aim.share);
-        let (origin_m, direction) = (pose.place_m(), pose.turned(bearing));
-        let mut t_max = aim.pixels.t_max;
-        for lane in 0..LANES {
-            t_max.0[lane] = if lane < aim.lanes { t_max.0[lane] } else { -1.0 };
-        }
-        let packet = Packet { origin_m, direction, t_min: Floats::splat(0.0), t_max };
-        let fixed = Traced::through(self.scene, packet, stack);
-        let from_camera = Packet { origin_m: [Floats::splat(0.0); 3], direction: bearing, ..packet };
-        let met = self.among_objects(fixed, from_camera, aim, stack);
-        let nearest = met.nearest();
-        let (lux, is_glossy) = self.shade(&met, aim, &Filter::Primary { bearing: &bearing, pose: &pose }, stack);
-        let is_followed = self.reflections > 0 && is_glossy;
-        let [r, g, b, n] =
-            if is_followed { dispatch(Reflection { view: self, met, aim, pose: &pose, lux, stack }) } else { lux };
-        let [per_r, per_g, per_b, per_n] = aim.pixels.photons_per_lux;
-        let mut roll_off = Floats::splat(0.0);
-        for lane in 0..LANES {
-            roll_off.0[lane] = self.camera.roll_off_at(bearing[2].0[lane]);
-        }
-        ((r * per_r + g * per_g + b * per_b + n * per_n) * roll_off, nearest)
-    }
-
     /// What rays meet that were traced through the fixed scene; `rays`: the same in the camera's frame.
     #[inline(always)]
     pub fn among_objects(&self, fixed: Traced, rays: Packet, aim: &Aim, stack: &mut Stack) -> Met {
@@ -66,22 +40,91 @@ impl View<'_> {
     }
 
     /// Light by band of what each ray met, and whether any of that keeps an image.
-    #[inline(always)]
     pub fn shade(&self, met: &Met, aim: &Aim, filter: &Filter, stack: &mut Stack) -> ([Floats; BANDS], bool) {
-        let Met { fixed, objects } = met;
-        let (lux, is_glossy) = self.shade_one(fixed, aim, filter, stack);
-        if objects.is_empty() {
-            return (lux, is_glossy);
+        let (mut lux, mut is_glossy) = dispatch(Shading { view: self, traced: &met.fixed, aim, filter, stack });
+        for ObjectHits { object, traced, pose } in &met.objects {
+            let seen = &aim.objects.all[*object];
+            let mut gathered = None;
+            let motion = aim.objects.instants.of(&seen.timelines[aim.objects.group], &mut gathered);
+            let aim = &Aim { motion, objects: Objects { all: &[], ..aim.objects }, ..*aim };
+            let filter = &match *filter {
+                Filter::Primary { bearing, .. } => Filter::Primary { bearing, pose },
+                Filter::Reflected { width_m, .. } => Filter::Reflected { width_m, pose },
+            };
+            let view = &View { scene: &seen.lit, ..*self };
+            let (own, keeps_image) = dispatch(Shading { view, traced, aim, filter, stack });
+            is_glossy |= keeps_image;
+            let lanes = Floats::splat(0.0).below(traced.packet.t_max);
+            lux = unrolled!(BAND in 4 => lanes.select(own[BAND], lux[BAND]));
         }
-        let (own, is_glossy_too) = dispatch(LightOfObjects { view: self, objects, aim, filter, stack });
-        let is_fixed = Floats::splat(0.0).below(fixed.packet.t_max);
-        (unrolled!(BAND in 4 => is_fixed.select(lux[BAND], own[BAND])), is_glossy | is_glossy_too)
+        (lux, is_glossy)
     }
 
-    /// The same of the fixed scene or of one object. Rays that met one triangle at about one distance are shaded together: one texture
-    /// footprint serves them all.
     #[inline(always)]
-    pub fn shade_one(&self, traced: &Traced, aim: &Aim, filter: &Filter, stack: &mut Stack) -> ([Floats; BANDS], bool) {
+    fn sky(&self, traced: &Traced, lanes: Mask) -> [Floats; BANDS] {
+        let mut lux = [[0.0; BANDS]; LANES];
+        let mut rest = lanes.bits();
+        while rest != 0 {
+            let lane = next_lane(&mut rest);
+            lux[lane] = self.scene.sky_lux(lane3(&traced.packet.direction, lane));
+        }
+        by_band(&lux)
+    }
+}
+
+/// Photons of a sample in each lane, and what it met. It is compiled once for the kernels of `tile` and `pixel`.
+pub(super) struct Sample<'a, 'b> {
+    pub view: &'a View<'b>,
+    pub aim: &'a Aim<'a>,
+    pub stack: &'a mut Stack,
+}
+
+impl Kernel for Sample<'_, '_> {
+    type Output = (Floats, NearestHits);
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Self { view, aim, stack } = self;
+        let bearing = bilinear(&aim.pixels.corners, aim.place[0], aim.place[1]);
+        let pose = aim.motion.at(aim.share);
+        let (origin_m, direction) = (pose.place_m(), pose.turned(bearing));
+        let mut t_max = aim.pixels.t_max;
+        for lane in 0..LANES {
+            t_max.0[lane] = if lane < aim.lanes { t_max.0[lane] } else { -1.0 };
+        }
+        let packet = Packet { origin_m, direction, t_min: Floats::splat(0.0), t_max };
+        let fixed = Traced::through(view.scene, packet, stack);
+        let from_camera = Packet { origin_m: [Floats::splat(0.0); 3], direction: bearing, ..packet };
+        let met = view.among_objects(fixed, from_camera, aim, stack);
+        let nearest = met.nearest();
+        let (lux, is_glossy) = view.shade(&met, aim, &Filter::Primary { bearing: &bearing, pose: &pose }, stack);
+        let reflection = Reflection { view, met, aim, pose: &pose, lux, stack };
+        let [r, g, b, n] = if view.reflections > 0 && is_glossy { dispatch(reflection) } else { lux };
+        let [per_r, per_g, per_b, per_n] = aim.pixels.photons_per_lux;
+        let mut roll_off = Floats::splat(0.0);
+        for lane in 0..LANES {
+            roll_off.0[lane] = view.camera.roll_off_at(bearing[2].0[lane]);
+        }
+        ((r * per_r + g * per_g + b * per_b + n * per_n) * roll_off, nearest)
+    }
+}
+
+/// Light by band of what rays met of the fixed scene or of one object, and whether any of that keeps an image. Rays that met one triangle
+/// at about one distance are shaded together: one texture footprint serves them all.
+struct Shading<'a, 'b> {
+    view: &'a View<'b>,
+    traced: &'a Traced,
+    aim: &'a Aim<'a>,
+    filter: &'a Filter<'a>,
+    stack: &'a mut Stack,
+}
+
+impl Kernel for Shading<'_, '_> {
+    type Output = ([Floats; BANDS], bool);
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Self { view, traced, aim, filter, stack } = self;
         let hits = &traced.hits;
         let mut unshaded = Floats::splat(0.0).below(traced.packet.t_max);
         let (mut lux, mut is_glossy) = ([Floats::splat(0.0); BANDS], false);
@@ -96,12 +139,12 @@ impl View<'_> {
             // Whatever its distance is, a leader is one of its group, so that the loop ends.
             lanes.0[leader] = u32::MAX;
             let light = if triangle == MISS {
-                self.sky(traced, lanes)
+                view.sky(traced, lanes)
             } else {
-                is_glossy |= self.scene.face(triangle).has_gloss(self.follows_gloss);
-                let group = Group { view: self, traced, triangle, leader, lanes, aim, filter };
-                let has_maps = self.scene.face(triangle).has_maps();
-                let maps = if has_maps { dispatch(MapLookUp(group)) } else { MapTexels::NONE };
+                let face = view.scene.face(triangle);
+                is_glossy |= face.has_gloss(view.follows_gloss);
+                let group = Group { view, traced, triangle, leader, lanes, aim, filter };
+                let maps = if face.has_maps() { dispatch(MapLookUp(group)) } else { MapTexels::NONE };
                 let added = group.added_light(maps.normals.as_ref(), stack);
                 group.light([added.as_ref(), maps.emission.as_ref()])
             };
@@ -111,17 +154,6 @@ impl View<'_> {
             }
         }
         (lux, is_glossy)
-    }
-
-    #[inline(always)]
-    fn sky(&self, traced: &Traced, lanes: Mask) -> [Floats; BANDS] {
-        let mut lux = [[0.0; BANDS]; LANES];
-        let mut rest = lanes.bits();
-        while rest != 0 {
-            let lane = next_lane(&mut rest);
-            lux[lane] = self.scene.sky_lux(lane3(&traced.packet.direction, lane));
-        }
-        by_band(&lux)
     }
 }
 

@@ -99,13 +99,8 @@ impl OnSurface<'_, '_> {
     #[inline(always)]
     fn blocked(&self, packet: &Packet, stack: &mut Stack) -> Mask {
         let scene = self.view.scene.scene();
-        mask(&blocked_through(&scene.bvh, &scene.mesh, packet, stack))
+        blocked_through(&scene.bvh, &scene.mesh, packet, stack)
     }
-}
-
-#[inline(always)]
-fn mask(set: &[bool; LANES]) -> Mask {
-    Mask(set.map(|set| if set { u32::MAX } else { 0 }))
 }
 
 #[inline(always)]
@@ -267,7 +262,7 @@ impl Kernel for ObjectShadows<'_, '_> {
             let t_max = near.select(shaded.select(Floats::splat(-1.0), rays.t_max), Floats::splat(-1.0));
             let packet = Packet { t_max, ..own.rays(&from_camera) };
             let shape = object.lit.scene();
-            shaded = shaded | mask(&blocked_through(&shape.bvh, &shape.mesh, &packet, stack));
+            shaded = shaded | blocked_through(&shape.bvh, &shape.mesh, &packet, stack);
         }
         if shaded.any() {
             // What the fixed scene shades anyway has no more to lose.

@@ -3,6 +3,7 @@
 use super::first_batch::{FirstBatch, Nearest, Quarters};
 use super::frame::{FrameRender, lamp_level, rows_of, share};
 use super::objects::{Instants, Objects};
+use super::rays::Sample;
 use super::settings::{COLUMNS, ROWS, Sampling};
 use super::view::{Aim, PacketPixels};
 use crate::draw::sobol::{self, SHARED_BITS, SamplePoint, Seeds};
@@ -157,7 +158,7 @@ impl Rows<'_> {
                 numbers: &[number; LANES],
                 objects: Objects { all: objects, group: self.group, instants: Instants::Tile(piece) },
             };
-            let (photons, met) = view.sample(&aim, stack);
+            let (photons, met) = dispatch(Sample { view, aim: &aim, stack });
             quarters.add(number, photons);
             for lane in 0..LANES {
                 let met = Nearest { distance_m: met.distance_m.0[lane], object: met.object[lane] };

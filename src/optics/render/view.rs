@@ -13,7 +13,7 @@ use crate::scene::light::{BANDS, Bands};
 use crate::scene::mesh::{BackfaceCulled, sub};
 use crate::scene::object::DynamicScene;
 use crate::scene::texture::footprint::{Look, SampleShare};
-use crate::scene::tracer::{Hits, Packet, Stack, closest_inline_through};
+use crate::scene::tracer::{Hits, Packet, Stack, closest_through};
 
 /// What all rays of a render share.
 #[derive(Clone, Copy)]
@@ -135,10 +135,9 @@ pub struct Traced {
 
 impl Traced {
     /// The nearest surfaces of a scene that face the rays.
-    #[inline(always)]
     pub fn through(scene: &LitScene, packet: Packet, stack: &mut Stack) -> Self {
         let scene = scene.scene();
-        let hits = closest_inline_through(&scene.bvh, &BackfaceCulled(&scene.mesh), &packet, stack);
+        let hits = closest_through(&scene.bvh, &BackfaceCulled(&scene.mesh), &packet, stack);
         Self { hits, packet }
     }
 }

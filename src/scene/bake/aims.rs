@@ -146,7 +146,7 @@ impl ShadowRays<'_> {
     fn flush(&mut self) {
         let shadowed = blocked_through(&self.scene.bvh, &self.scene.mesh, &self.packet, &mut self.stack);
         let (nearest, t_max) = (nearest(self.blockers, &self.packet, &mut self.stack), self.packet.t_max);
-        for lane in (0..self.lanes).filter(|&lane| !shadowed[lane] && nearest.0[lane] >= t_max.0[lane]) {
+        for lane in (0..self.lanes).filter(|&lane| shadowed.0[lane] == 0 && nearest.0[lane] >= t_max.0[lane]) {
             let Waiting { place, side, group, sent, source } = self.waiting[lane];
             let light = &mut self.light[place][side];
             for band in 0..BANDS {
@@ -245,7 +245,7 @@ pub fn visible_aims(scene: &Scene, number: usize, aims: &Aims, stack: &mut Stack
         return 0;
     }
     let shadowed = blocked_through(&scene.bvh, &scene.mesh, &packet, stack);
-    (0..LANES).fold(above, |seen, lane| if shadowed[lane] { seen & !(1 << lane) } else { seen })
+    (0..LANES).fold(above, |seen, lane| if shadowed.0[lane] != 0 { seen & !(1 << lane) } else { seen })
 }
 
 /// Form factor of a small disc of the area that a ray represents, cos cos A / sqrt((pi d^2)^2 + A^2). It never exceeds 1, so a lamp that

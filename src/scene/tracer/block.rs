@@ -15,14 +15,30 @@ use crate::num::index;
 /// with its own products and difference; the estimate's cross product and sum, with the rounding of the shears' middle and reach, add 9.
 const ROUNDING: f32 = 32.0 * f32::EPSILON;
 
+/// What counts as a hit.
+pub struct Search<'a> {
+    pub holes: &'a dyn Holes,
+    /// Whether rays pass the backs of culled triangles.
+    pub culls_backs: bool,
+    /// Whether any hit will do, or the nearest is asked for.
+    pub any: bool,
+}
+
+impl<'a> Search<'a> {
+    #[inline(always)]
+    pub fn new(holes: &'a dyn Holes, any: bool) -> Self {
+        Self { holes, culls_backs: holes.culls_backs(), any }
+    }
+}
+
 /// Corners relative to the span's origin, along the two sheared axes and the third.
 pub type Corners = [[Eight; 3]; 3];
 
 /// Looks at all triangles of a block; gives back whether any became some ray's nearest hit.
 #[inline(always)]
-pub fn meet<H: Holes, const ANY: bool, const SHARED: bool>(
+pub fn meet<const SHARED: bool>(
     rays: &Rays,
-    holes: &H,
+    search: &Search,
     block: &TriangleBlock,
     pad_m: f32,
     hits: &mut Hits,
@@ -34,7 +50,7 @@ pub fn meet<H: Holes, const ANY: bool, const SHARED: bool>(
         let slot = index(open.trailing_zeros() / 8);
         open &= !(0xFF << (8 * slot));
         let candidate = Candidate { block, slot, corners: &corners, pad_m };
-        met |= take::<H, ANY, SHARED>(rays, holes, &candidate, hits);
+        met |= take::<SHARED>(rays, search, &candidate, hits);
     }
     met
 }
@@ -161,12 +177,7 @@ impl Candidate<'_> {
 
 /// Keeps the hits of one triangle and half the rays that are nearer than those known; gives back whether there are any.
 #[inline(always)]
-pub fn take<H: Holes, const ANY: bool, const SHARED: bool>(
-    rays: &Rays,
-    holes: &H,
-    candidate: &Candidate,
-    hits: &mut Hits,
-) -> bool {
+pub fn take<const SHARED: bool>(rays: &Rays, search: &Search, candidate: &Candidate, hits: &mut Hits) -> bool {
     let zero = Floats::splat(0.0);
     let a = candidate.sheared::<SHARED>(rays, 0);
     let b = candidate.sheared::<SHARED>(rays, 1);
@@ -202,16 +213,16 @@ pub fn take<H: Holes, const ANY: bool, const SHARED: bool>(
         lower[lane] = if triangle < hits.triangle[lane] { u32::MAX } else { 0 };
     }
     let mut wins = within & (t.below(known) | (t.equal(known) & Mask(lower)));
-    if H::CULLS && candidate.block.culled >> candidate.slot & 1 != 0 {
+    if search.culls_backs && candidate.block.culled >> candidate.slot & 1 != 0 {
         // A ray along the normal comes from behind.
         wins = wins & slope.at_most(zero);
     }
     let (u, v) = (weight_b * share, weight_c * share);
     if candidate.block.cut_out >> candidate.slot & 1 != 0 {
-        wins = solid(holes, (rays, candidate, &slope), wins, &u, &v, hits);
+        wins = solid(search.holes, (rays, candidate, &slope), wins, &u, &v, hits);
     }
     // A shadow ray is done with its first hit, so its lane falls idle.
-    hits.t = wins.select(if ANY { Floats::splat(f32::MIN) } else { t }, known);
+    hits.t = wins.select(if search.any { Floats::splat(f32::MIN) } else { t }, known);
     hits.u = wins.select(u, hits.u);
     hits.v = wins.select(v, hits.v);
     hits.triangle = wins.select_u32([triangle; LANES], hits.triangle);
@@ -222,8 +233,8 @@ pub fn take<H: Holes, const ANY: bool, const SHARED: bool>(
 /// they are
 /// read and written by whole registers.
 #[inline(never)]
-fn solid<H: Holes>(
-    holes: &H,
+fn solid(
+    holes: &dyn Holes,
     (rays, candidate, slope): (&Rays, &Candidate, &Floats),
     mut wins: Mask,
     u: &Floats,
@@ -237,7 +248,7 @@ fn solid<H: Holes>(
             let direction = [0, 1, 2].map(|place| rays.direction[place].0[lane]);
             slope.0[lane].abs() / (dot(normal, normal) * dot(direction, direction)).sqrt()
         };
-        if wins.0[lane] != 0 && hits.triangle[lane] != triangle && holes.is_open(triangle, [u.0[lane], v.0[lane]], cos)
+        if wins.0[lane] != 0 && hits.triangle[lane] != triangle && holes.is_open(triangle, [u.0[lane], v.0[lane]], &cos)
         {
             wins.0[lane] = 0;
         }

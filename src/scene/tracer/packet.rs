@@ -42,10 +42,12 @@ pub fn come_near(way_m: &Vectors, to: &Vectors, along: Floats, reach_m: Floats) 
 /// that would otherwise be hits; its answer must depend on its arguments alone.
 pub trait Holes {
     /// Whether rays pass the backs of triangles that the tree has as culled.
-    const CULLS: bool = false;
+    fn culls_backs(&self) -> bool {
+        false
+    }
 
     /// Whether a ray passes the triangle at these weights of its second and third corner; `cos` is that of its angle to the plane's normal.
-    fn is_open(&self, triangle: u32, weights: [f32; 2], cos: impl FnOnce() -> f32) -> bool;
+    fn is_open(&self, triangle: u32, weights: [f32; 2], cos: &dyn Fn() -> f32) -> bool;
 }
 
 /// Every triangle is whole.
@@ -53,8 +55,7 @@ pub trait Holes {
 pub struct NoHoles;
 
 impl Holes for NoHoles {
-    #[inline(always)]
-    fn is_open(&self, _: u32, _: [f32; 2], _: impl FnOnce() -> f32) -> bool {
+    fn is_open(&self, _: u32, _: [f32; 2], _: &dyn Fn() -> f32) -> bool {
         false
     }
 }
@@ -73,4 +74,16 @@ pub struct Hits {
     pub u: Floats,
     /// Weight of the third corner.
     pub v: Floats,
+}
+
+impl Hits {
+    /// Lanes that met something.
+    #[inline(always)]
+    pub fn met(&self) -> Mask {
+        let mut met = Mask([0; LANES]);
+        for lane in 0..LANES {
+            met.0[lane] = if self.triangle[lane] == MISS { 0 } else { u32::MAX };
+        }
+        met
+    }
 }

@@ -9,7 +9,7 @@ use crate::scene::bvh::TriangleBlock;
 use crate::scene::chance::pair;
 
 /// The slow twin: every ray by itself against every triangle, in the order of the list, without boxes and without spans.
-fn closest_by_trying_all<H: Holes>(bvh: &Bvh, holes: &H, packet: &Packet) -> Hits {
+fn closest_by_trying_all(bvh: &Bvh, holes: &dyn Holes, packet: &Packet) -> Hits {
     let slots = |block: &TriangleBlock| usize::try_from(block.present.count_ones() / 8).unwrap();
     let mut places: Vec<_> =
         bvh.blocks.iter().flat_map(|block| (0..slots(block)).map(move |slot| (block, slot))).collect();
@@ -26,7 +26,7 @@ fn closest_by_trying_all<H: Holes>(bvh: &Bvh, holes: &H, packet: &Packet) -> Hit
         for &(block, slot) in &places {
             let corners = block::relative_corners(&rays, block);
             let candidate = Candidate { block, slot, corners: &corners, pad_m: bvh.pad_m };
-            take::<H, false, true>(&rays, holes, &candidate, &mut hits);
+            take::<true>(&rays, &Search::new(holes, false), &candidate, &mut hits);
         }
         copy_lane(&hits, lane, &mut all, lane);
     }
@@ -171,8 +171,8 @@ fn the_tree_finds_what_trying_all_triangles_finds_bit_for_bit() {
         assert_eq!(fast, closest_by_trying_all(&scene.bvh, &NoHoles, &packet), "case {case}");
         let any = blocked_through(&scene.bvh, &NoHoles, &packet, &mut Stack::new());
         for lane in 0..LANES {
-            assert_eq!(any[lane], fast.triangle[lane] != MISS, "case {case} lane {lane}");
-            hit += usize::from(any[lane]);
+            assert_eq!((any.0[lane] != 0), fast.triangle[lane] != MISS, "case {case} lane {lane}");
+            hit += usize::from(any.0[lane] != 0);
         }
     }
     assert!(hit > 3_000, "{hit} hits");
@@ -256,7 +256,7 @@ fn triangles_about_one_point_are_met_as_by_trying_all() {
 struct Stripes;
 
 impl Holes for Stripes {
-    fn is_open(&self, triangle: u32, [u, v]: [f32; 2], _: impl FnOnce() -> f32) -> bool {
+    fn is_open(&self, triangle: u32, [u, v]: [f32; 2], _: &dyn Fn() -> f32) -> bool {
         assert!(triangle.is_multiple_of(2), "whole triangles are never asked about");
         triangle.is_multiple_of(4) || (8.0 * (u + 0.5 * v)).rem_euclid(2.0) < 1.0
     }
@@ -277,9 +277,9 @@ fn rays_pass_holes_and_meet_what_lies_behind() {
         let whole = closest(&bvh, &packet, &mut Stack::new());
         assert_eq!(whole, closest(&scene.bvh, &packet, &mut Stack::new()), "flags alone change nothing, case {case}");
         for lane in 0..LANES {
-            assert_eq!(any[lane], fast.triangle[lane] != MISS, "case {case} lane {lane}");
+            assert_eq!((any.0[lane] != 0), fast.triangle[lane] != MISS, "case {case} lane {lane}");
             changed += usize::from(fast.triangle[lane] != whole.triangle[lane]);
-            passed += usize::from(!any[lane]);
+            passed += usize::from(any.0[lane] == 0);
         }
     }
     assert!(changed > 500 && passed > 100 && changed > passed, "{changed} rays pass a hole, {passed} leave the room");
