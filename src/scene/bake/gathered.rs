@@ -25,12 +25,20 @@ pub struct Gathered {
     by_chance: [Vec<[Bands; 2]>; GROUPS],
     /// Whether a place lies within something closed, as a floor does under a box that stands on it.
     pub buried: Vec<bool>,
+    /// Rays of each place, and where its lists end, from where the first one's begin.
+    looks: Vec<Looks>,
+    met_from: usize,
+    mirrored_from: usize,
+}
+
+/// What random rays met: lists of places, one behind another. Those of a whole scene are most of the memory of a bake, and in one block,
+/// which goes back to the system.
+#[derive(Clone, Debug, Default)]
+pub struct HitLists {
     /// Twice the sample met plus its side for every ray that met one and goes no further.
     met: Vec<u32>,
     /// What was met on or over glossy surfaces.
     mirrored: Vec<Mirrored>,
-    /// Rays of each place, and where its lists end.
-    looks: Vec<Looks>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +50,8 @@ struct Looks {
 
 impl Gathered {
     /// Traces the rays of samples.
-    pub fn of(scene: &Scene, aims: &[Aims; 2], bounces: bool, samples: &[u32]) -> Self {
+    pub fn of(scene: &Scene, aims: &[Aims; 2], bounces: bool, samples: &[u32]) -> (Self, HitLists) {
+        let mut hits = HitLists::default();
         let mut all = Self { by_source: vec![Vec::new(); aims[0].sources.len()], ..Self::default() };
         let is_on_grid = |&sample: &u32| scene.layout.samples[index(sample)].on_grid;
         let keeps_moments = samples.iter().any(is_on_grid);
@@ -56,17 +65,28 @@ impl Gathered {
                     let lit = scene.layout.samples[index(sample)].sides();
                     for (side, seen) in (0..).zip(&sides[..lit]) {
                         all.places.push(2 * sample + side);
-                        all.push(seen, rays, !scene.flickering.is_empty(), keeps_moments);
+                        if rays > 0 {
+                            hits.met.extend_from_slice(&seen.bounced.met);
+                            hits.mirrored.extend_from_slice(&seen.bounced.mirrored);
+                        }
+                        let [met_end, mirrored_end] = [hits.met.len(), hits.mirrored.len()].map(u32_from);
+                        all.looks.push(Looks { rays: u32_from(rays), met_end, mirrored_end });
+                        all.push(seen, !scene.flickering.is_empty(), keeps_moments);
                     }
                 }
             }
         }
-        all.met.shrink_to_fit();
-        all.mirrored.shrink_to_fit();
-        all
+        (all, hits)
     }
 
-    fn push(&mut self, seen: &SideLight, rays: usize, flickers: bool, keeps_moments: bool) {
+    /// Puts its hits behind those of others.
+    pub fn append_hits(&mut self, mut hits: HitLists, all: &mut HitLists) {
+        (self.met_from, self.mirrored_from) = (all.met.len(), all.mirrored.len());
+        all.met.append(&mut hits.met);
+        all.mirrored.append(&mut hits.mirrored);
+    }
+
+    fn push(&mut self, seen: &SideLight, flickers: bool, keeps_moments: bool) {
         for (group, light) in seen.direct.iter().enumerate().take(1 + usize::from(flickers)) {
             self.direct[group].push(light.map(f32_nearest));
             if keeps_moments {
@@ -78,17 +98,11 @@ impl Gathered {
             all.push([light.unoccluded, light.received]);
         }
         self.buried.push(seen.is_buried);
-        if rays > 0 {
-            self.met.extend_from_slice(&seen.bounced.met);
-            self.mirrored.extend_from_slice(&seen.bounced.mirrored);
-        }
-        let [met_end, mirrored_end] = [self.met.len(), self.mirrored.len()].map(u32_from);
-        self.looks.push(Looks { rays: u32_from(rays), met_end, mirrored_end });
     }
 
-    /// Drops what the rays met, and what errors are found from.
-    pub fn drop_hits(&mut self) {
-        (self.met, self.mirrored, self.looks, self.by_chance) = Default::default();
+    /// Drops what bounces and errors are found from.
+    pub fn drop_looks(&mut self) {
+        (self.looks, self.by_chance) = Default::default();
     }
 
     /// Puts a value of each of these places among those of all.
@@ -105,14 +119,14 @@ impl Gathered {
 
     /// Standard error of each place's irradiance after one more bounce of a group, if its rays were drawn without strata; of none without
     /// a grid.
-    pub fn standard_errors(&self, group: usize, exitance: &[Bands]) -> Vec<Bands> {
-        let mut met_from = 0;
+    pub fn standard_errors(&self, hits: &HitLists, group: usize, exitance: &[Bands]) -> Vec<Bands> {
+        let mut met_from = self.met_from;
         let mut errors = Vec::with_capacity(self.looks.len());
         for (moments, looks) in self.by_chance[group].iter().zip(&self.looks) {
-            let met_end = index(looks.met_end);
+            let met_end = self.met_from + index(looks.met_end);
             let [mut sum, mut squares] = moments.map(|moment| moment.map(f64::from));
             let rays = f64_from_usize(index(looks.rays).max(1));
-            for &place in &self.met[met_from..met_end] {
+            for &place in &hits.met[met_from..met_end] {
                 for band in 0..BANDS {
                     let light = f64::from(exitance[index(place)][band]) / rays;
                     sum[band] += light;
@@ -128,19 +142,20 @@ impl Gathered {
     }
 
     /// Irradiance of each place after one more bounce of a group.
-    pub fn bounced(&self, group: usize, exitance: &[Bands]) -> Vec<Bands> {
-        let (mut met_from, mut mirrored_from) = (0, 0);
+    pub fn bounced(&self, hits: &HitLists, group: usize, exitance: &[Bands]) -> Vec<Bands> {
+        let (mut met_from, mut mirrored_from) = (self.met_from, self.mirrored_from);
         let mut light = self.direct[group].clone();
         for (light, looks) in light.iter_mut().zip(&self.looks) {
-            let (met_end, mirrored_end) = (index(looks.met_end), index(looks.mirrored_end));
+            let met_end = self.met_from + index(looks.met_end);
+            let mirrored_end = self.mirrored_from + index(looks.mirrored_end);
             if looks.rays > 0 {
                 let mut sum = [0.0_f64; BANDS];
-                for &place in &self.met[met_from..met_end] {
+                for &place in &hits.met[met_from..met_end] {
                     for band in 0..BANDS {
                         sum[band] += f64::from(exitance[index(place)][band]);
                     }
                 }
-                for mirrored in &self.mirrored[mirrored_from..mirrored_end] {
+                for mirrored in &hits.mirrored[mirrored_from..mirrored_end] {
                     let weight = mirrored.weight();
                     for band in 0..BANDS {
                         sum[band] += f64::from(exitance[index(mirrored.place)][band] * weight[band]);

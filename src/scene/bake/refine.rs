@@ -18,7 +18,7 @@ use super::clearance::{FlatBox, is_anything_near};
 use super::fan::GROUPS;
 use super::gathered::Gathered;
 use super::settings::BakeSettings;
-use super::traced::{Stencil, TracedSamples, interpolate};
+use super::traced::{CHUNKS_TOGETHER, Stencil, TracedSamples, interpolate};
 use crate::num::{f32_nearest, f64_from_usize, index, u32_from};
 
 /// Samples of a unit of parallel work.
@@ -161,19 +161,22 @@ impl<'a> WaveRefinement<'a> {
         let total = f64_from_usize(self.is_traced.len().max(1));
         let before = std::sync::atomic::AtomicUsize::new(self.done);
         let (scene, aims, bounces, progress) = (self.scene, &self.aims, self.bounces, self.progress);
-        let new = in_chunks(wanted.len(), CHUNK, |range| {
-            let count = range.len();
-            let chunk = Gathered::of(scene, aims, bounces, &wanted[range]);
-            let before = before.fetch_add(count, std::sync::atomic::Ordering::Relaxed);
-            progress(f64_from_usize(before + count) / total);
-            chunk
-        });
-        for chunk in &new {
-            chunk.put(&chunk.buried, &mut self.traced.buried);
-            chunk.places.iter().for_each(|&place| self.is_traced[index(place / 2)] = true);
-        }
         let first = self.traced.gathered.len();
-        self.traced.gathered.extend(new);
+        for wanted in wanted.chunks(CHUNKS_TOGETHER * CHUNK) {
+            let new = in_chunks(wanted.len(), CHUNK, |range| {
+                let count = range.len();
+                let chunk = Gathered::of(scene, aims, bounces, &wanted[range]);
+                let before = before.fetch_add(count, std::sync::atomic::Ordering::Relaxed);
+                progress(f64_from_usize(before + count) / total);
+                chunk
+            });
+            for (mut chunk, hits) in new {
+                chunk.append_hits(hits, &mut self.traced.hits);
+                chunk.put(&chunk.buried, &mut self.traced.buried);
+                chunk.places.iter().for_each(|&place| self.is_traced[index(place / 2)] = true);
+                self.traced.gathered.push(chunk);
+            }
+        }
         wanted.iter().for_each(|&sample| self.finish(sample));
         first
     }
@@ -185,8 +188,9 @@ impl<'a> WaveRefinement<'a> {
     /// Light of traced samples from a chunk on, under the exitance that is known.
     fn light_up(&mut self, first: usize) {
         for group in 0..self.groups {
-            let (chunks, exitance) = (&self.traced.gathered[first..], &self.exitance[group]);
-            let lights = in_chunks(chunks.len(), 1, |range| chunks[range.start].bounced(group, exitance));
+            let TracedSamples { gathered, hits, .. } = &self.traced;
+            let (chunks, exitance) = (&gathered[first..], &self.exitance[group]);
+            let lights = in_chunks(chunks.len(), 1, |range| chunks[range.start].bounced(hits, group, exitance));
             for (chunk, values) in chunks.iter().zip(&lights) {
                 chunk.put(values, &mut self.light[group]);
             }
@@ -195,10 +199,11 @@ impl<'a> WaveRefinement<'a> {
 
     /// Standard errors of the same.
     fn find_errors(&mut self, first: usize) {
-        let chunks: Vec<&Gathered> = self.traced.gathered[first..].iter().filter(|chunk| chunk.has_grid()).collect();
+        let TracedSamples { gathered, hits, .. } = &self.traced;
+        let chunks: Vec<&Gathered> = gathered[first..].iter().filter(|chunk| chunk.has_grid()).collect();
         for group in 0..self.groups {
             let exitance = &self.exitance[group];
-            let errors = in_chunks(chunks.len(), 1, |range| chunks[range.start].standard_errors(group, exitance));
+            let errors = in_chunks(chunks.len(), 1, |range| chunks[range.start].standard_errors(hits, group, exitance));
             for (chunk, values) in chunks.iter().zip(&errors) {
                 chunk.put(values, &mut self.errors[group]);
             }
@@ -403,7 +408,7 @@ mod tests {
         let places = 2 * scene.layout.samples.len();
         let light = traced.direct(0, places);
         let samples: Vec<u32> = (0..u32_from(scene.layout.samples.len())).collect();
-        let all = Gathered::of(&scene, &Aims::of(&scene, &settings), true, &samples);
+        let (all, _) = Gathered::of(&scene, &Aims::of(&scene, &settings), true, &samples);
         let (mut squares, mut worst, mut lit) = (0.0, 0.0_f64, 0);
         for ((&place, &buried), expected) in all.places.iter().zip(&all.buried).zip(&all.direct[0]) {
             let (place, light) = (index(place), &light[index(place)]);

@@ -5,12 +5,12 @@
 use super::super::chance::in_chunks;
 use super::super::light::{BANDS, Bands};
 use super::cells::NODES;
-use super::gathered::Gathered;
+use super::gathered::{Gathered, HitLists};
 use super::sources::{Source, SourceLight};
 use crate::num::index;
 
-/// Units whose light is held until it is put among that of all places: enough for all threads, and little beside the rest.
-const CHUNKS_TOGETHER: usize = 128;
+/// Units whose results are held until they are put among those of all: enough for all threads, and little beside the rest.
+pub const CHUNKS_TOGETHER: usize = 128;
 
 /// A sample whose light is a weighted mean of its cell's nodes.
 #[derive(Clone, Copy, Debug)]
@@ -28,6 +28,8 @@ pub struct Stencil {
 pub struct TracedSamples {
     /// The traced samples.
     pub gathered: Vec<Gathered>,
+    /// What their rays met.
+    pub hits: HitLists,
     /// Whether a place lies within something closed.
     pub buried: Vec<bool>,
     /// The sources that are told apart.
@@ -65,14 +67,15 @@ impl TracedSamples {
 
     /// Drops what the rays met, once no further bounce is asked for: most of the memory of a bake.
     pub fn drop_hits(&mut self) {
-        self.gathered.iter_mut().for_each(Gathered::drop_hits);
+        self.hits = HitLists::default();
+        self.gathered.iter_mut().for_each(Gathered::drop_looks);
     }
 
     /// Light of a group at every place after one more bounce.
     pub fn bounced(&self, group: usize, exitance: &[Bands]) -> Vec<Bands> {
         let mut light = vec![[0.0; BANDS]; exitance.len()];
         for chunks in self.gathered.chunks(CHUNKS_TOGETHER) {
-            let values = in_chunks(chunks.len(), 1, |range| chunks[range.start].bounced(group, exitance));
+            let values = in_chunks(chunks.len(), 1, |range| chunks[range.start].bounced(&self.hits, group, exitance));
             chunks.iter().zip(&values).for_each(|(chunk, values)| chunk.put(values, &mut light));
         }
         interpolate(&self.stencils, &mut light);
