@@ -4,7 +4,7 @@ mod contact_sheet;
 mod found;
 mod scenario;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use sensel::error::Error;
@@ -14,6 +14,7 @@ use sensel::num::index;
 use sensel::pose::Pose;
 use sensel::scene::file_units::{FileUnits, UpAxis};
 use sensel::scene::images::PictureBytes as _;
+use sensel::scene::mesh::Material;
 use sensel::scene::views::{self, CameraView, SceneBox};
 use sensel::scene::{Scene, Surroundings};
 use serde_json::json;
@@ -108,10 +109,14 @@ fn read(file: &Path, units: &FileUnits) -> Result<(String, Scene), Error> {
 impl FileSummary {
     fn of(name: String, scene: Scene, units: FileUnits) -> Self {
         let (extent, views) = (SceneBox::of(&scene), views::best(&scene, VIEWS));
-        let shining = |material: &&sensel::scene::mesh::Material| material.is_emissive();
+        let used: BTreeSet<u32> = scene.mesh.material_of.iter().copied().collect();
+        let shining = |(number, material): &(u32, &Material)| material.is_emissive() && used.contains(number);
+        let name_of = |(number, material): (u32, &Material)| match material.name.as_str() {
+            "" => format!("material {number}"),
+            name => name.to_owned(),
+        };
         let distant = scene.mesh.distant.iter().map(|_| "directional".to_owned());
-        let lamps =
-            scene.mesh.materials.iter().filter(shining).map(|material| material.name.clone()).chain(distant).collect();
+        let lamps = (0..).zip(&scene.mesh.materials).filter(shining).map(name_of).chain(distant).collect();
         let light = views.first().map_or(Light::Own, |view| light_for(&scene, &extent, view));
         Self { name, scene, units, extent, views, lamps, light }
     }

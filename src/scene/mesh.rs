@@ -70,9 +70,6 @@ impl Material {
     /// The part of its reflection that keeps an image, if any: metals up to `GLOSS_ROUGHNESS_MAX` by their base colour, and dielectrics as
     /// glossy by 4 % (glTF 2.0, appendix B). The rest of a metal's light, and all of a rough surface's, is diffuse.
     pub fn gloss(&self) -> Option<Gloss> {
-        if self.is_emissive() && self.maps.emission.is_none() {
-            return None;
-        }
         Gloss::of(&self.base_colour, self.roughness, self.metallic)
     }
 

@@ -97,11 +97,15 @@ pub fn best(scene: &Scene, count: usize) -> Vec<CameraView> {
         crate::parallel::collected(poses.len(), of)
     });
     let is_room = extent.size_m().min_element() > ROOM_M && encloses(&inside);
+    let has_floor = has_floor(scene, &extent);
+    if has_floor && !is_room {
+        inside.retain(|view| stands_in_the_open(scene, view));
+    }
     inside.sort_by(by_score);
     around.sort_by(by_score);
     let mut found = around;
     found.append(&mut inside);
-    if is_room || has_floor(scene, &extent) {
+    if is_room || has_floor {
         found.sort_by(by_score);
     }
     let apart_m = 0.2 * extent.size_m().length();
@@ -163,6 +167,15 @@ fn has_floor(scene: &Scene, extent: &SceneBox) -> bool {
         met += hits.triangle.iter().filter(|&&triangle| triangle != MISS).count();
     }
     10 * met >= 9 * LANES * LANES
+}
+
+/// Whether a surface lies straight below a camera and none above it: beneath a terrain it is the other way round.
+fn stands_in_the_open(scene: &Scene, view: &CameraView) -> bool {
+    let level = Pose::new(DQuat::IDENTITY, view.world_from_camera.translation_m);
+    [DVec3::NEG_Y, DVec3::Y].map(|way| {
+        let packet = packet_of(&level, |_| way);
+        closest_through(&scene.bvh, &scene.mesh, &packet, &mut Stack::new()).triangle[0] != MISS
+    }) == [true, false]
 }
 
 /// Level cameras on a grid within the bounds.
@@ -303,6 +316,24 @@ mod tests {
         mesh.append_quad(0, [[-4.0, -0.1, 4.0], [4.0, -0.1, 4.0], [4.0, -0.1, -4.0], [-4.0, -0.1, -4.0]], [1.0, 1.0]);
         let place = Scene::new("yard", mesh, [0.0; 4]).unwrap();
         assert!(has_floor(&place, &SceneBox::of(&place)) && !has_floor(&thing, &SceneBox::of(&thing)));
+    }
+
+    #[test]
+    fn no_camera_is_found_beneath_a_terrain_that_is_open_below() {
+        let mut mesh = Mesh::default();
+        mesh.materials.push(Material { double_sided: true, ..Material::plain("hill", [0.5; 3]) });
+        // A ridge of 20 m along z.
+        for side in [-1.0, 1.0] {
+            let foot_m = 20.0 * side;
+            let corners_m = [[0.0, 20.0, 20.0], [foot_m, 0.0, 20.0], [foot_m, 0.0, -20.0], [0.0, 20.0, -20.0]];
+            mesh.append_quad(0, corners_m, [1.0, 1.0]);
+        }
+        let hill = Scene::new("hill", mesh, [0.0; 4]).unwrap();
+        let views = best(&hill, 6);
+        assert_eq!(views.len(), 6);
+        for CameraView { world_from_camera: Pose { translation_m, .. }, .. } in &views {
+            assert!(translation_m.y > 20.0 - translation_m.x.abs(), "{translation_m}");
+        }
     }
 
     #[test]

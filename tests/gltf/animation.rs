@@ -98,3 +98,18 @@ fn what_cannot_move_rigidly_stands_with_a_note_and_keys_that_make_no_sense_are_r
     assert!(keys(&[0.0, 1.0], "CUBICSPLINE").contains("use 6 values"));
     assert!(keys(&[-1.0, 1.0], "LINEAR").contains("negative"));
 }
+
+#[test]
+fn a_channel_that_moves_no_node_is_left_out() {
+    let mut file = File::square();
+    let (times, values) = (file.floats("SCALAR", &[0.0, 1.0]), file.floats("SCALAR", &[0.0, 1.0]));
+    let target =
+        serde_json::json!({"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": "/materials/0/x"}}});
+    file.json["animations"] = serde_json::json!([
+        {"channels": [{"sampler": 0, "target": target}], "samplers": [{"input": times, "output": values}]},
+    ]);
+    file.json["extensionsUsed"] = serde_json::json!(["KHR_animation_pointer"]);
+    let scene = scene(&file);
+    assert!(scene.mesh.triangles.len() == 2 && scene.moving.is_empty());
+    assert!(scene.notes.iter().any(|note| note.contains("KHR_animation_pointer")), "{:?}", scene.notes);
+}

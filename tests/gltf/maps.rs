@@ -136,3 +136,13 @@ fn glass_whose_metallic_is_a_picture_is_a_pane() {
     });
     assert_eq!(scene(&file).mesh.materials[0].transmission, 1.0);
 }
+
+#[test]
+fn metal_that_glows_is_still_a_mirror() {
+    let mut file = File::square();
+    file.json["materials"][0]["pbrMetallicRoughness"] =
+        serde_json::json!({"metallicFactor": 1.0, "roughnessFactor": 0.0});
+    file.json["materials"][0]["emissiveFactor"] = serde_json::json!([0.0, 0.1, 0.1]);
+    let material = &scene(&file).mesh.materials[0];
+    assert!(material.is_emissive() && material.gloss().is_some_and(|gloss| gloss.at_normal[1] > 0.9));
+}

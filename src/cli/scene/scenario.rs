@@ -28,10 +28,10 @@ preset = "paper_6t_vga"          # or another of 'sensel presets', or "./my_sens
 exposure_us = 4000.0
 "#;
 
-/// For a file without lamps, under a sky that the camera sees.
+/// For a camera in the open that no lamp of the file lights.
 const SKY: &str = r#"
 [scene.sky]
-kind = "overcast"                # the file has no lamp
+kind = "overcast"                # no lamp of the file lights the camera, which is in the open
 "#;
 
 /// For a camera that no light reaches and that sees no sky.

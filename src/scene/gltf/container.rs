@@ -1,5 +1,6 @@
 //! The container of a glTF file. Reads the JSON with every index in range, the binary chunk, and what the `gltf` crate does not expose.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use gltf::json::Image;
@@ -183,6 +184,7 @@ pub fn open(bytes: &[u8]) -> Result<Container<'_>, String> {
 /// The JSON, every index in it within range, everything there that the crate takes for granted.
 fn document(json: &[u8]) -> Result<gltf::Document, String> {
     let refuse = |error: gltf::Error| not_gltf(&error);
+    let json = &*with_targets_only(json)?;
     let mut root = gltf::Gltf::from_slice_without_validation(json).map_err(refuse)?.document.into_json();
     // Judged above, with more of them known than to the crate.
     root.extensions_required.clear();
@@ -206,6 +208,33 @@ fn document(json: &[u8]) -> Result<gltf::Document, String> {
         root.accessors.iter_mut().filter(without_bytes).for_each(|it| it.sparse = Some(nothing_replaced()));
     }
     gltf::Document::from_json(root).map_err(refuse)
+}
+
+/// The JSON without channels of animations that name no node, as those of KHR_animation_pointer do: the format allows them, the crate not.
+fn with_targets_only(json: &[u8]) -> Result<Cow<'_, [u8]>, String> {
+    #[derive(Deserialize, Default)]
+    #[serde(default)]
+    struct Animated {
+        animations: Vec<Channels>,
+    }
+    #[derive(Deserialize)]
+    struct Channels {
+        channels: Vec<BTreeMap<String, serde_json::Value>>,
+    }
+    let is_aimed = |target: Option<&serde_json::Value>| target.is_some_and(|target| target.get("node").is_some());
+    // What is no animation is refused below, in the crate's words.
+    let animated: Animated = serde_json::from_slice(json).unwrap_or_default();
+    let mut channels = animated.animations.iter().flat_map(|animation| &animation.channels);
+    if channels.all(|channel| is_aimed(channel.get("target"))) {
+        return Ok(Cow::Borrowed(json));
+    }
+    let mut root: serde_json::Value = serde_json::from_slice(json).map_err(|error| not_gltf(&error))?;
+    for animation in root["animations"].as_array_mut().into_iter().flatten() {
+        if let Some(channels) = animation["channels"].as_array_mut() {
+            channels.retain(|channel| is_aimed(channel.get("target")));
+        }
+    }
+    serde_json::to_vec(&root).map(Cow::Owned).map_err(|error| not_gltf(&error))
 }
 
 /// No replacement of an accessor's zeros. The format lets an accessor have neither a view nor a sparse part, the crate does not.

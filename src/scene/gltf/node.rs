@@ -92,6 +92,9 @@ impl<'a> Reader<'a> {
             if horizontal_fov_rad.is_none() {
                 self.notes.add(format!("camera '{name}' has no perspective, and is given one"));
             }
+            if part.is_some() {
+                self.notes.add(format!("camera '{name}' stays where it is without its animation"));
+            }
             self.viewpoints.extend(viewpoint(name, world_from_node, horizontal_fov_rad));
         }
         if let Some(light) = node.light() {

@@ -49,7 +49,9 @@ impl TexturePicture {
                 ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| error.to_string())?;
             match reader.format() {
                 Some(ImageFormat::Png | ImageFormat::Jpeg) => Ok(reader),
-                _ => Err("it is neither PNG nor JPEG".to_owned()),
+                _ if bytes.starts_with(b"\xabKTX 20") => Err("it is KTX2, neither PNG nor JPEG; convert it".to_owned()),
+                Some(other) => Err(format!("it is {other:?}, neither PNG nor JPEG; convert it")),
+                None => Err("it is neither PNG nor JPEG".to_owned()),
             }
         };
         let (width, height) = reader()?.into_dimensions().map_err(|error| error.to_string())?;
