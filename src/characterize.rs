@@ -13,6 +13,7 @@ mod beyond;
 pub mod channel;
 mod defects;
 mod dither;
+#[cfg(feature = "cli")]
 pub mod fit;
 #[cfg(feature = "cli")]
 pub mod fit_page;

@@ -40,6 +40,8 @@ pub mod picture;
 pub mod parallel;
 pub mod simd;
 pub mod draw;
+#[cfg(feature = "cli")]
+pub mod statistics;
 pub mod events;
 pub mod facts;
 pub mod fidelity;

@@ -14,7 +14,6 @@ pub mod record;
 pub mod report;
 pub mod signal;
 pub mod specification;
-pub mod statistics;
 mod table;
 mod verdicts;
 

@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use sensel::characterize::fit::{Assumed, SensorFit, fit};
+use sensel::characterize::fit::{Assumed, SensorFit, SensorFrames, fit};
 use sensel::characterize::{MeasurementSize, SensorBench};
 use sensel::config::Resolved;
 use sensel::draw::DrawKey;
@@ -54,7 +54,14 @@ fn random(number: u64) -> Sensor {
         ("adc.row_offset_uv", lsb_uv * between(11, 0.3, 2.0)),
         ("pixel.prnu", between(12, 0.004, 0.02)),
         ("adc.column_gain_sigma", between(13, 0.002, 0.01)),
+        ("adc.ramp_inl_lsb", 4.0 * share(14) - 2.0),
+        ("pixel.hot_ppm", between(15, 1_000.0, 5_000.0)),
+        ("pixel.dead_ppm", between(17, 300.0, 2_000.0)),
+        ("pixel.stuck_ppm", between(18, 300.0, 2_000.0)),
+        ("pixel.rts_ppm", between(19, 2_000.0, 20_000.0)),
+        ("pixel.rts_amplitude_uv", read_noise_uv * between(20, 2.0, 8.0)),
     ];
+    truth.push(("pixel.hot_dark_e_per_s", truth[3].1 * between(16, 20.0, 60.0)));
     let well_e = libm::floor(range_e * if is_well { 0.7 } else { 1.5 });
     if is_well {
         truth.push(("pixel.full_well_e", well_e));
@@ -70,8 +77,13 @@ fn random(number: u64) -> Sensor {
         format!("seed={number}"),
         format!("sensor.die={}", number + 1),
     ]);
-    for fixed in ["pixel.fill_factor=1.0", "pixel.ktc_noise_uv=0.0", "pixel.storage_dark_e_per_s=0.0", "adc.cds=analog"]
-    {
+    for fixed in [
+        "pixel.fill_factor=1.0",
+        "pixel.ktc_noise_uv=0.0",
+        "pixel.storage_dark_e_per_s=0.0",
+        "pixel.rts_rate_hz=1e9",
+        "adc.cds=analog",
+    ] {
         assignments.push(format!("sensor.{fixed}"));
     }
     Sensor { truth, assignments }
@@ -91,12 +103,19 @@ fn fitted(folder: &Path) -> SensorFit {
     let found = emva_reader::read(folder).unwrap();
     assert_eq!((found.points, found.stack), (40, 32));
     let assumed = Assumed { conversion_gain_uv_per_e: GAIN_UV_PER_E, temperature_k: 300.0, dark_doubling_k: 8.0 };
-    fit(&found.measurement, found.bits, &assumed).unwrap()
+    let frames = SensorFrames {
+        measurement: &found.measurement,
+        defects: &found.defects,
+        bits: found.bits,
+        half: found.half,
+        temperatures: &[],
+    };
+    fit(&frames, &assumed).unwrap()
 }
 
 #[test]
 fn nine_of_ten_parameters_of_random_sensors_lie_in_their_intervals() {
-    let (mut held, mut tried, mut missed) = (0_u32, 0_u32, Vec::new());
+    let (mut held, mut tried, mut traps, mut missed) = (0_u32, 0_u32, 0_u32, Vec::new());
     for number in 0..SENSORS {
         let Sensor { truth, assignments } = random(number);
         let folder = Scratch::new("fit");
@@ -104,7 +123,15 @@ fn nine_of_ten_parameters_of_random_sensors_lie_in_their_intervals() {
         let fit = fitted(folder.path());
         assert_eq!(fit.get("pixel.full_well_e").is_some(), truth.iter().any(|(key, _)| *key == "pixel.full_well_e"));
         for (key, truth) in truth {
-            let found = fit.get(key).unwrap_or_else(|| panic!("{key} of sensor {number} is not fitted"));
+            let Some(found) = fit.get(key) else {
+                // Few traps that are hardly above the noise do not tell their amplitude.
+                assert!(
+                    key.contains("rts") && fit.untold.iter().any(|one| one.key == "pixel.rts_ppm"),
+                    "{key}, {number}"
+                );
+                continue;
+            };
+            traps += u32::from(key == "pixel.rts_ppm");
             let [low, high] = found.interval;
             assert!(low <= found.value && found.value <= high, "{found:?}");
             tried += 1;
@@ -117,7 +144,134 @@ fn nine_of_ten_parameters_of_random_sensors_lie_in_their_intervals() {
     }
     let share = f64::from(held) / f64::from(tried);
     println!("seed {SEED}: {held} of {tried} parameters lie in their 95 % intervals\n{}", missed.join("\n"));
-    assert!(tried > 12 * 20 && share >= 0.9, "seed {SEED}: {share:.3} of {tried}\n{}", missed.join("\n"));
+    assert!(
+        tried > 18 * 20 && traps >= 15 && share >= 0.9,
+        "seed {SEED}: {share:.3} of {tried}\n{}",
+        missed.join("\n")
+    );
+}
+
+#[test]
+fn dark_frames_of_three_temperatures_tell_the_doubling_step() {
+    let at = |kelvin: f64| {
+        let mut assignments = random(4).assignments;
+        assignments.extend([format!("sensor.temperature_k={kelvin:?}"), "sensor.pixel.dark_doubling_k=6.5".to_owned()]);
+        let folder = Scratch::new("fit");
+        shoot(folder.path(), &assignments);
+        folder
+    };
+    let (usual, [cold, warm]) = (at(300.0), [290.0, 315.0].map(at));
+    let dark = |kelvin: &str, folder: &Scratch| format!("{kelvin}={}", folder.path().display());
+    let (cold, warm_too) = (dark("290", &cold), dark("315", &warm));
+    let found = json_of(&fit_of(&usual, &["--dark", &cold, "--dark", &warm_too, "--json"]));
+    let parameter = |key: &str| -> [f64; 3] {
+        let all = found["fit"]["fitted"].as_array().unwrap();
+        let one = all.iter().find(|one| one["key"] == key).unwrap_or_else(|| panic!("{key} is not fitted: {found}"));
+        [&one["interval"][0], &one["value"], &one["interval"][1]].map(|value| value.as_f64().unwrap())
+    };
+    let [low, value, high] = parameter("pixel.dark_doubling_k");
+    assert!(low < 6.5 && 6.5 < high && low < value && value < high && high - low < 0.5, "{low} {value} {high}");
+    let [low, _, high] = parameter("pixel.dark_current_e_per_s");
+    let truth = random(4).truth.iter().find(|(key, _)| *key == "pixel.dark_current_e_per_s").unwrap().1;
+    assert!(low < truth && truth < high, "{truth} is not in {low} to {high}");
+    // What is no temperature, no folder, another sensor, one exposure.
+    for (words, accepted) in [("320", "320=FOLDER"), ("20=x", "200 to 450"), ("320=nowhere", "emva1288.txt")] {
+        let outcome = fit_of(&usual, &["--dark", words]);
+        assert!(outcome.code == 2 && outcome.stderr.contains(accepted), "{words}: {outcome:?}");
+    }
+    let descriptor = warm.path().join("emva1288.txt");
+    let text = std::fs::read_to_string(&descriptor).unwrap();
+    std::fs::write(&descriptor, text.replace(" 128 96", " 96 128")).unwrap();
+    let outcome = fit_of(&usual, &["--dark", &warm_too]);
+    assert!(outcome.code == 2 && outcome.stderr.contains("frames of the same sensor: 128 x 96"), "{outcome:?}");
+    let single: Vec<&str> = text.split("\nd ").take(2).collect();
+    std::fs::write(&descriptor, single.join("\nd ")).unwrap();
+    let outcome = fit_of(&usual, &["--dark", &warm_too]);
+    assert!(outcome.code == 2 && outcome.stderr.contains("fewer than two exposures"), "{outcome:?}");
+}
+
+#[test]
+fn flats_tell_the_roll_off_of_a_lens() {
+    let folder = Scratch::new("fit");
+    let sensor = random(6);
+    shoot(folder.path(), &sensor.assignments);
+    let bits: u32 = if sensor.assignments.contains(&"sensor.adc.bits=12".to_owned()) { 12 } else { 10 };
+    // 128 x 96 pixels of 3 um, 0.3 mm: 80 pixels are 38.7 degrees in the corner. cos^4 of a flat pupil, with noise of 3 DN.
+    let [focal_mm, pitch_um] = [0.3, 3.0];
+    let flat = Scratch::new("flat");
+    let full_dn = 0.6 * f64::from(1_u32 << bits);
+    let mut text = format!("n {bits} 128 96\n");
+    let share = |radius_px: f64| {
+        let tangent = radius_px * pitch_um / (1e3 * focal_mm);
+        let square = tangent * tangent;
+        1.0 / ((1.0 + square) * (1.0 + square))
+    };
+    for is_lit in [true, false] {
+        text.push_str(if is_lit { "b 1000000 100\n" } else { "d 1000000\n" });
+        for number in 0..8_u64 {
+            let name = format!("{is_lit}{number}.raw");
+            let key = DrawKey::root(SEED).with(number).with(u64::from(is_lit));
+            let code = |pixel: u32| {
+                let [x, y] = [pixel % 128, pixel / 128].map(|place| f64::from(place) + 0.5);
+                let light = if is_lit { full_dn * share(libm::hypot(x - 64.0, y - 48.0)) } else { 0.0 };
+                let noise: f64 = (0..3).map(|draw| key.with(u64::from(pixel)).with(draw).uniform() - 0.5).sum();
+                u16::try_from(sensel::num::i64_half_even(60.0 + light + 6.0 * noise)).unwrap()
+            };
+            std::fs::write(
+                flat.path().join(&name),
+                (0..128 * 96).flat_map(|pixel| code(pixel).to_le_bytes()).collect::<Vec<u8>>(),
+            )
+            .unwrap();
+            text.push_str(&format!("i {name}\n"));
+        }
+    }
+    std::fs::write(flat.path().join("emva1288.txt"), &text).unwrap();
+    let named = flat.path().display().to_string();
+    let outcome = fit_of(&folder, &["--flat", &named, "--focal-mm", "0.3", "--json"]);
+    let found = json_of(&outcome);
+    let table = found["roll_off"]["table"].as_array().unwrap_or_else(|| panic!("{outcome:?}"));
+    assert_eq!(table.len(), 13);
+    for row in table {
+        let [angle_deg, found] = [0, 1].map(|place| row[place].as_f64().unwrap());
+        let square = libm::cos(angle_deg.to_radians()) * libm::cos(angle_deg.to_radians());
+        let truth = square * square;
+        // The curve is of fourth degree in the radius; cos^4 lies within 0.6 % of one to the corner.
+        assert!((found - truth).abs() < 0.01, "{angle_deg}: {found} {truth}");
+    }
+    assert!(found["roll_off"]["left_over"].as_f64().unwrap() < 0.02, "{found}");
+    let outcome = fit_of(&folder, &["--flat", &named]);
+    assert!(outcome.code == 2 && outcome.stderr.contains("--focal-mm"), "{outcome:?}");
+    let outcome = fit_of(&folder, &["--flat", &named, "--focal-mm", "0.3"]);
+    let table =
+        outcome.stdout.lines().skip_while(|line| !line.contains("[optics]")).take(3).collect::<Vec<_>>().join("\n");
+    let table: toml::Table = toml::from_str(&table).unwrap_or_else(|error| panic!("{error}: {table}"));
+    assert_eq!(
+        table["optics"]["roll_off_table"].as_array().unwrap().len(),
+        13,
+        "the lines that are printed are those of a scenario"
+    );
+}
+
+#[test]
+fn frames_may_be_tiff_files() {
+    let folder = Scratch::new("fit");
+    shoot(folder.path(), &random(5).assignments);
+    let raw = fit_of(&folder, &["--json"]);
+    for entry in std::fs::read_dir(folder.path().join("frames")).unwrap() {
+        let path = entry.unwrap().path();
+        let codes =
+            std::fs::read(&path).unwrap().chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect();
+        let picture: image::ImageBuffer<image::Luma<u16>, Vec<u16>> =
+            image::ImageBuffer::from_raw(128, 96, codes).unwrap();
+        picture.save_with_format(&path, image::ImageFormat::Tiff).unwrap();
+    }
+    let tiff = fit_of(&folder, &["--json"]);
+    assert!(raw.code == 0 && raw.stdout == tiff.stdout, "{tiff:?}");
+}
+
+fn json_of(outcome: &Outcome) -> serde_json::Value {
+    assert_eq!(outcome.code, 0, "{outcome:?}");
+    serde_json::from_str(&outcome.stdout).unwrap()
 }
 
 fn fit_of(folder: &Scratch, more: &[&str]) -> Outcome {
@@ -207,16 +361,17 @@ fn the_page_shows_the_frames_beside_those_of_the_fitted_sensor_and_finds_an_effe
     }
     assert_eq!(text.matches("data:image/png;base64").count(), 8, "four contents, both sides");
     assert!(!text.contains("http://") && !text.contains("https://"), "the page needs no network");
-    // 4 standard errors, some 27 figures: a true fit leaves none.
-    assert!(text.contains(">EMVA 1288 figures of both sides. 0 of 2"), "{}", differing(&text));
-    // Telegraph noise of the preset makes the simulated side noisier than the frames.
+    // 4 standard errors, some 30 figures: a true fit leaves none.
+    assert!(text.contains(">EMVA 1288 figures of both sides. 0 of 3"), "{}", differing(&text));
+    // Ripple on the supply, which the preset alone has, bands the simulated rows.
     let preset = own.join("preset.toml");
-    let noisy = "[sensor]\npreset = \"paper_6t_vga\"\n[sensor.pixel]\nrts_ppm = 200000.0\nrts_amplitude_uv = 2000.0\n";
+    let noisy =
+        "[sensor]\npreset = \"paper_6t_vga\"\n[sensor.adc]\nsupply_ripple_uv = 2000.0\nsupply_ripple_hz = 12345.0\n";
     std::fs::write(&preset, noisy).unwrap();
     let outcome = fit_of(&folder, &["--page", &page, "--preset", &preset]);
     assert_eq!(outcome.code, 0, "{outcome:?}");
     let text = std::fs::read_to_string(&page).unwrap();
-    assert!(!text.contains(">EMVA 1288 figures of both sides. 0 of 2") && text.contains("class=\"num left\""));
+    assert!(!text.contains(">EMVA 1288 figures of both sides. 0 of 3") && text.contains("class=\"num left\""));
     let wrong = fit_of(&folder, &["--page", &own.join("page.txt")]);
     assert!(wrong.code == 2 && wrong.stderr.contains("page.html"), "{wrong:?}");
 }

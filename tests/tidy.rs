@@ -25,6 +25,7 @@ const ORDER: &[&str] = &[
     "parallel",
     "simd",
     "draw",
+    "statistics",
     "events",
     "facts",
     "fidelity",

@@ -2,6 +2,7 @@
 
 use super::measure::ChannelMeasurement;
 use super::set::{MeasurementSize, PlannedShot, SeriesExposure, Set};
+use super::shoot::Times;
 use super::truth::ChannelTruth;
 use crate::config::Resolved;
 use crate::effects;
@@ -16,6 +17,7 @@ pub struct SensorBench {
     sensor: SensorSetup,
     set: Set,
     chain: Chain,
+    times: Times,
 }
 
 impl SensorBench {
@@ -34,7 +36,8 @@ impl SensorBench {
     pub fn with_chain(resolved: &Resolved, options: &MeasurementSize, chain: Chain) -> Result<Self, Error> {
         let sensor = SensorSetup::new(resolved)?;
         let set = Set::new(&sensor, options).map_err(|error| resolved.tree.locate(error))?;
-        Ok(Self { sensor, set, chain })
+        let times = Times::new(&sensor, &set);
+        Ok(Self { sensor, set, chain, times })
     }
 
     /// The sensor of a scenario with all its effects, before the light of frames that exist.
@@ -49,7 +52,8 @@ impl SensorBench {
         let Self { sensor, chain, .. } =
             Self::new(resolved, &MeasurementSize { size: Some(size), ..MeasurementSize::default() })?;
         let set = Set::of_frames(&sensor, size, points, half, stack)?;
-        Ok(Self { sensor, set, chain })
+        let times = Times::new(&sensor, &set);
+        Ok(Self { sensor, set, chain, times })
     }
 
     /// What is shot.
@@ -64,13 +68,17 @@ impl SensorBench {
         mut sink: impl FnMut(&PlannedShot, &Plane<u16>) -> Result<(), Error>,
     ) -> Result<ChannelMeasurement, Error> {
         let mut measurement = ChannelMeasurement::new(&self.set);
-        let times = super::shoot::Times::new(&self.sensor, &self.set);
         for shot in self.set.shots() {
-            let codes = super::shoot::shoot(&self.chain, &self.set, &shot, &times);
+            let codes = self.frame(&shot);
             sink(&shot, &codes)?;
             measurement.add(&shot, &codes);
         }
         Ok(measurement)
+    }
+
+    /// Codes of one shot.
+    pub fn frame(&self, shot: &PlannedShot) -> Plane<u16> {
+        super::shoot::shoot(&self.chain, &self.set, shot, &self.times)
     }
 
     /// What the configuration implies for this set.

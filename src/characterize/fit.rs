@@ -7,6 +7,15 @@
 //! Intervals are 1.96 standard errors of `uncertainty` either way. For sigmas they are those of the variances, rooted; below a variance of
 //! zero they begin at 0.
 
+mod bow;
+pub mod defective;
+pub mod doubling;
+mod hot;
+mod parameters;
+pub mod roll_off;
+pub mod sound;
+mod telegraph;
+
 use super::analysis::{Figures, Summary, figures};
 use super::fits;
 use super::measure::ChannelMeasurement;
@@ -15,9 +24,13 @@ use super::spatial::{SharedVariance, SpatialVariances};
 use super::truth::DARK_CLIPPED_MAX;
 use super::uncertainty::{bright_part_error, dark_part_error, measured_errors};
 use crate::num::{f64_from_u64, greater, lesser};
-
-/// Standard errors of a 95 % interval.
-const SIGMAS: f64 = 1.96;
+use bow::Bow;
+use defective::DefectivePixels;
+use doubling::{DarkRate, DarkSeries, FrameNoise, doubling};
+use hot::HotScale;
+use parameters::SIGMAS;
+pub use parameters::{Fitted, Untold};
+use telegraph::telegraph;
 
 /// Share of the greatest code from which on a stack is saturated.
 const STACK_SHARE_MAX: f64 = 0.95;
@@ -33,26 +46,19 @@ pub struct Assumed {
     pub dark_doubling_k: f64,
 }
 
-/// A parameter that the frames tell.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct Fitted {
-    /// Key of the sensor file.
-    pub key: &'static str,
-    /// Best value.
-    pub value: f64,
-    /// 95 % interval.
-    pub interval: [f64; 2],
-    /// Figure of EMVA 1288 that it rests on.
-    pub rests_on: &'static str,
-}
-
-/// A parameter that they do not tell.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct Untold {
-    /// Key of the sensor file.
-    pub key: &'static str,
-    /// Why.
-    pub reason: String,
+/// What a fit is made from.
+#[derive(Clone, Copy, Debug)]
+pub struct SensorFrames<'a> {
+    /// Sums of the frames, without defective pixels.
+    pub measurement: &'a ChannelMeasurement,
+    /// The pixels that were left out.
+    pub defects: &'a DefectivePixels,
+    /// Depth of the codes.
+    pub bits: u32,
+    /// Exposure of the stacks.
+    pub half: SeriesExposure,
+    /// Dark frames at other temperatures.
+    pub temperatures: &'a [DarkSeries],
 }
 
 /// What a stack of frames says of its sensor.
@@ -101,27 +107,47 @@ impl SensorFit {
     }
 }
 
-/// Parameters of the sensor behind a measurement of `bits`-bit codes. Says why where the frames cannot tell any.
+/// Parameters of the sensor behind frames. Says why where the frames cannot tell any.
 /// Fails on a saturated stack, frames without a response to light, codes that are all alike.
-pub fn fit(measurement: &ChannelMeasurement, bits: u32, assumed: &Assumed) -> Result<SensorFit, String> {
-    let summary = Summary::of(measurement);
+pub fn fit(frames: &SensorFrames<'_>, assumed: &Assumed) -> Result<SensorFit, String> {
+    let SensorFrames { measurement, bits, .. } = *frames;
+    let read = Summary::of(measurement);
     let code_max = f64_from_u64((1 << bits) - 1);
-    check(&summary, code_max)?;
+    check(&read, code_max)?;
+    check_defects(frames.defects)?;
+    let shared = shared(measurement, &read);
+    let bow = Bow::find(&read.transfer, bits, line_dn2(shared, &read));
+    let summary = bow.filter(Bow::is_seen).map_or_else(|| read.clone(), |bow| bow.straightened(&read));
     let found = figures(&summary);
     if !found.get("K").is_some_and(|&k| k.is_finite() && k > 0.0) {
         let reason = "no pair lies between the dark and 70 % of the brightest one, so the gain cannot be told";
         return Err(format!("{reason}; add pairs of shorter exposures"));
     }
     let errors = measured_errors(&summary, &found);
-    let sources = Sources { measurement, summary: &summary, found: &found, errors: &errors, assumed, code_max };
+    let sources =
+        Sources { frames, read: &read, summary: &summary, found: &found, errors: &errors, assumed, code_max, shared };
     let mut fit = SensorFit { fitted: Vec::new(), untold: Vec::new(), warnings: Vec::new() };
-    sources.gain(bits, &mut fit);
+    sources.gain(&mut fit);
+    sources.bow(bow, &mut fit);
     sources.light(&mut fit);
     sources.dark(&mut fit);
     sources.noise(&mut fit);
     sources.patterns(&mut fit);
-    sources.rest(&mut fit);
+    sources.defects(&mut fit);
     Ok(fit)
+}
+
+/// Temporal variance in the dark that rows and columns share.
+fn shared(measurement: &ChannelMeasurement, summary: &Summary) -> SharedVariance {
+    let dark = &summary.dark;
+    let (row, column) = measurement.dark.shared_noise();
+    let variance = |share: f64, length: f64| greater(0.0, share * dark.stack_variance_dn2 / (1.0 - 1.0 / length));
+    SharedVariance { row_dn2: variance(row, dark.columns), column_dn2: variance(column, dark.rows) }
+}
+
+/// Variance that it adds to a frame's mean.
+fn line_dn2(shared: SharedVariance, summary: &Summary) -> f64 {
+    shared.row_dn2 / summary.dark.rows + shared.column_dn2 / summary.dark.columns
 }
 
 fn check(summary: &Summary, code_max: f64) -> Result<(), String> {
@@ -142,14 +168,30 @@ fn check(summary: &Summary, code_max: f64) -> Result<(), String> {
     Ok(())
 }
 
+/// Refuses frames in which more pixels are defective than a sensor file can say.
+fn check_defects(defects: &DefectivePixels) -> Result<(), String> {
+    let kinds = [(defects.hot.len(), "hot"), (defects.dead.len(), "dead"), (defects.stuck.len(), "stuck")];
+    for (count, kind) in kinds {
+        if 10 * count > defects.pixels {
+            let reason = format!("{count} of {} pixels look {kind}", defects.pixels);
+            return Err(format!("{reason}; use even light and stacks of one exposure, below saturation"));
+        }
+    }
+    Ok(())
+}
+
 /// What parameters are made from.
 struct Sources<'a> {
-    measurement: &'a ChannelMeasurement,
+    frames: &'a SensorFrames<'a>,
+    /// As the codes are.
+    read: &'a Summary,
+    /// As a straight ramp would have shown them, from which all but the black level is found.
     summary: &'a Summary,
     found: &'a Figures,
     errors: &'a Figures,
     assumed: &'a Assumed,
     code_max: f64,
+    shared: SharedVariance,
 }
 
 impl Sources<'_> {
@@ -165,7 +207,8 @@ impl Sources<'_> {
         self.assumed.conversion_gain_uv_per_e / self.k()
     }
 
-    fn gain(&self, bits: u32, fit: &mut SensorFit) {
+    fn gain(&self, fit: &mut SensorFit) {
+        let bits = self.frames.bits;
         let [k, error] = self.of("K");
         let span_uv = |k: f64| self.assumed.conversion_gain_uv_per_e * f64_from_u64(1 << bits) / k;
         let interval = [span_uv(k + SIGMAS * error), span_uv(k - SIGMAS * error)];
@@ -204,14 +247,14 @@ impl Sources<'_> {
         let key = "pixel.full_well_e";
         let Some(last) = transfer.points.last() else { return };
         let untold = |reason: String| Untold { key, reason };
-        let range_e = (self.code_max - self.black()[0]) / self.k();
+        let range_e = (self.code_max - self.black(self.read)[0]) / self.k();
         // Where pixels clip, their noise goes. Half of the greatest variance is far from what noise does to it.
         if last.variance_dn2 > 0.5 * transfer.points[transfer.saturation()].variance_dn2 {
             fit.untold.push(untold("the series ends before saturation".to_owned()));
         } else if last.mean_dn > self.code_max - 1.0 {
             fit.untold.push(untold(format!("the converter saturates first, at {range_e:.0} e-")));
         } else {
-            let [black_dn, _] = self.black();
+            let [black_dn, _] = self.black(self.summary);
             let value = (last.mean_dn - black_dn) / self.k();
             let [k, error] = self.of("K");
             let half = SIGMAS * value * error / k;
@@ -221,16 +264,12 @@ impl Sources<'_> {
     }
 
     /// Mean dark code without exposure and its standard error: of the line over the exposures, and of the mean of the die's pattern.
-    fn black(&self) -> [f64; 2] {
-        let transfer = &self.summary.transfer;
+    fn black(&self, summary: &Summary) -> [f64; 2] {
+        let transfer = &summary.transfer;
         let (_, offset) = transfer.dark_line(|point| point.dark_mean_dn);
         let (_, error) = transfer.dark_line_errors();
-        let dark = &self.summary.dark;
-        let shared = self.shared();
-        let noise_dn2 = 0.5
-            * (dark.stack_variance_dn2 / transfer.pixels
-                + shared.row_dn2 / dark.rows
-                + shared.column_dn2 / dark.columns);
+        let dark = &summary.dark;
+        let noise_dn2 = 0.5 * (dark.stack_variance_dn2 / transfer.pixels + line_dn2(self.shared, summary));
         let pattern_dn2 = greater(0.0, dark.pixel_dn2) / transfer.pixels
             + greater(0.0, dark.row_dn2) / dark.rows
             + greater(0.0, dark.column_dn2) / dark.columns;
@@ -239,46 +278,68 @@ impl Sources<'_> {
 
     fn dark(&self, fit: &mut SensorFit) {
         let key = "adc.black_level_dn";
-        if self.measurement.dark_clipped > DARK_CLIPPED_MAX {
-            let percent = 100.0 * self.measurement.dark_clipped;
+        if self.frames.measurement.dark_clipped > DARK_CLIPPED_MAX {
+            let percent = 100.0 * self.frames.measurement.dark_clipped;
             fit.warnings.push(format!("{percent:.1} % of the dark codes are 0; raise the camera's black level"));
             fit.untold.push(Untold { key, reason: "dark codes clip at 0".to_owned() });
         } else {
-            let [mean, error] = self.black();
+            let [mean, error] = self.black(self.read);
             // A code counts the whole steps of the ramp below a level, so codes lie half a step low in the mean.
             let value = mean + 0.5;
             let interval = [value - SIGMAS * error, value + SIGMAS * error];
             fit.fitted.push(Fitted { key, value, interval, rests_on: "mu_y.dark without exposure, plus half a code" });
         }
-        let [rate, error] = self.of("u_I_mean");
-        // A sensor file states it at 300 K.
-        let Assumed { temperature_k, dark_doubling_k, .. } = *self.assumed;
-        let at_300_k = |rate: f64| greater(rate, 0.0) * libm::exp2((300.0 - temperature_k) / dark_doubling_k);
-        let interval = [rate - SIGMAS * error, rate + SIGMAS * error].map(at_300_k);
-        let key = "pixel.dark_current_e_per_s";
-        fit.fitted.push(Fitted { key, value: at_300_k(rate), interval, rests_on: "u_I_mean" });
-        let reason = "frames at one temperature do not tell it".to_owned();
-        fit.untold.push(Untold { key: "pixel.dark_doubling_k", reason });
+        self.dark_current(fit);
     }
 
-    /// Temporal variance in the dark that rows and columns share.
-    fn shared(&self) -> SharedVariance {
-        let dark = &self.summary.dark;
-        let (row, column) = self.measurement.dark.shared_noise();
-        let variance = |share: f64, length: f64| greater(0.0, share * dark.stack_variance_dn2 / (1.0 - 1.0 / length));
-        SharedVariance { row_dn2: variance(row, dark.columns), column_dn2: variance(column, dark.rows) }
+    fn dark_current(&self, fit: &mut SensorFit) {
+        let [rate, error] = self.of("u_I_mean");
+        let Assumed { temperature_k, .. } = *self.assumed;
+        if !self.frames.temperatures.is_empty() {
+            let [k, k_error] = self.of("K");
+            let dark_dn2 = self.summary.dark.stack_variance_dn2;
+            let line_dn2 = line_dn2(self.shared, self.summary);
+            let noise = FrameNoise { k, pixels: self.summary.transfer.pixels, dark_dn2, line_dn2 };
+            let others = self.frames.temperatures.iter().map(|series| series.rate(&noise));
+            // All rates share the error of the gain.
+            let shared = rate * k_error / k;
+            let own = greater(error * error - shared * shared, 0.0).sqrt();
+            let rates: Vec<DarkRate> =
+                [DarkRate { temperature_k, rate_e_per_s: [rate, own] }].into_iter().chain(others).collect();
+            match doubling(&rates, k_error / k) {
+                Ok(pair) => return fit.fitted.extend(pair),
+                Err(reason) => fit.untold.push(Untold::new("pixel.dark_doubling_k", reason)),
+            }
+        } else {
+            let reason =
+                "frames at one temperature do not tell it; add dark frames of another with --dark KELVIN=FOLDER";
+            fit.untold.push(Untold::new("pixel.dark_doubling_k", reason));
+        }
+        let interval =
+            [rate - SIGMAS * error, rate + SIGMAS * error].map(|rate| self.at_300_k(fit) * greater(rate, 0.0));
+        let key = "pixel.dark_current_e_per_s";
+        fit.fitted.push(Fitted { key, value: self.at_300_k(fit) * greater(rate, 0.0), interval, rests_on: "u_I_mean" });
+    }
+
+    /// Rate of dark charge at 300 K, at which a sensor file states it, over that of the frames.
+    fn at_300_k(&self, fit: &SensorFit) -> f64 {
+        let Assumed { temperature_k, dark_doubling_k, .. } = *self.assumed;
+        let step_k = fit.get("pixel.dark_doubling_k").map_or(dark_doubling_k, |fitted| fitted.value);
+        libm::exp2((300.0 - temperature_k) / step_k)
     }
 
     fn noise(&self, fit: &mut SensorFit) {
         let dark = &self.summary.dark;
-        let (shared, lsb_uv) = (self.shared(), self.lsb_uv());
+        let (shared, lsb_uv) = (self.shared, self.lsb_uv());
         let shared_error = |own_dn2: f64, lines: f64, length: f64| {
             (2.0 / (lines * dark.frames)).sqrt() * (own_dn2 + dark.stack_variance_dn2 / length)
         };
         let row_error = shared_error(shared.row_dn2, dark.rows, dark.columns);
         let column_error = shared_error(shared.column_dn2, dark.columns, dark.rows);
         let [sigma, sigma_error] = self.of("sigma_y_dark");
-        let own_dn2 = sigma * sigma - 1.0 / 12.0 - shared.row_dn2 - shared.column_dn2;
+        let traps = telegraph(self.frames.defects);
+        let hidden_dn2 = traps.as_ref().map_or(0.0, |traps| traps.hidden_dn2);
+        let own_dn2 = sigma * sigma - 1.0 / 12.0 - shared.row_dn2 - shared.column_dn2 - hidden_dn2;
         let own_error = libm::hypot(2.0 * sigma * sigma_error, libm::hypot(row_error, column_error));
         let k_relative = self.of("K")[1] / self.k();
         for (key, variance_dn2, error, rests_on) in [
@@ -287,6 +348,23 @@ impl Sources<'_> {
             ("adc.column_noise_uv", shared.column_dn2, column_error, "variance that the pixels of a column share"),
         ] {
             fit.fitted.push(rooted(key, [variance_dn2, error], lsb_uv, k_relative, rests_on));
+        }
+        match traps {
+            Some(traps) => {
+                let of_dn = |amplitude_dn: f64| amplitude_dn * lsb_uv;
+                let Fitted { value, interval, .. } = traps.amplitude;
+                fit.fitted.push(traps.ppm);
+                fit.fitted.push(Fitted { value: of_dn(value), interval: interval.map(of_dn), ..traps.amplitude });
+                let reason = "frames do not tell it: amplitudes are what double sampling leaves, and samples count as independent";
+                fit.untold.push(Untold::new("pixel.rts_rate_hz", reason));
+            }
+            None => {
+                let seen = self.frames.defects.noisy.len();
+                let reason = format!(
+                    "{seen} pixels are noisier than chance in the dark: that does not tell the amplitudes of traps"
+                );
+                fit.untold.push(Untold::new("pixel.rts_ppm", reason));
+            }
         }
         if sigma * sigma <= super::analysis::DARK_VARIANCE_MIN_DN2 * 1.001 {
             let reason =
@@ -297,7 +375,7 @@ impl Sources<'_> {
 
     fn patterns(&self, fit: &mut SensorFit) {
         let (bright, dark) = (&self.summary.bright, &self.summary.dark);
-        let shared = self.shared();
+        let shared = self.shared;
         let k_relative = self.of("K")[1] / self.k();
         let signal_dn = bright.mean_dn - dark.mean_dn;
         let parts: [(&str, fn(&SpatialVariances) -> f64); 3] =
@@ -310,11 +388,11 @@ impl Sources<'_> {
         for ((suffix, part), (key, scale, rests_on)) in parts.into_iter().zip(dark_keys) {
             let error = dark_part_error(suffix, dark, shared, part);
             // The standard takes off what independent noise leaves in the means of lines. Noise that lines share leaves more there, which
-            // it takes off the pixels' part instead. Bright less dark holds neither.
+            // it takes off the pixels' part instead. Bright less dark holds neither, nor hot pixels that are too weak to be seen.
             let left_dn2 = match suffix {
                 "_row" => -shared.row_dn2,
                 "_col" => -shared.column_dn2,
-                _ => shared.row_dn2 + shared.column_dn2,
+                _ => shared.row_dn2 + shared.column_dn2 - dark.frames * hot::hidden_dn2(self.frames.defects),
             };
             let variance_dn2 = part(dark) + left_dn2 / dark.frames;
             fit.fitted.push(rooted(key, [variance_dn2, error], scale, k_relative, rests_on));
@@ -326,19 +404,27 @@ impl Sources<'_> {
         }
     }
 
-    fn rest(&self, fit: &mut SensorFit) {
-        let outliers = outliers(&self.measurement.dark.means_dn(), &self.summary.dark);
-        if outliers > 0 {
+    fn bow(&self, bow: Option<Bow>, fit: &mut SensorFit) {
+        let reason = match bow {
+            Some(bow) => {
+                fit.fitted.push(bow.fitted());
+                "bends the response as the converter's bow does; the bend is put down to adc.ramp_inl_lsb"
+            }
+            None => "the series has too few points below saturation for a bend",
+        };
+        let key = if bow.is_some() { "pixel.gain_compression" } else { "adc.ramp_inl_lsb" };
+        fit.untold.push(Untold::new(key, reason));
+    }
+
+    fn defects(&self, fit: &mut SensorFit) {
+        let defects = self.frames.defects;
+        let scale = HotScale { k: self.of("K"), stack_s: self.frames.half.exposure_s(), at_300_k: self.at_300_k(fit) };
+        hot::append(defects, scale, &mut fit.fitted, &mut fit.untold);
+        if defects.others > 0 {
             fit.warnings.push(format!(
-                "{outliers} pixels lie beyond 6 sigma in the dark; they count in pixel.dsnu_e, and pixel.hot_ppm is not fitted"
+                "{} pixels of unusual offset or response are neither hot, dead nor stuck; they count in the patterns",
+                defects.others
             ));
-        }
-        for (key, reason) in [
-            ("pixel.hot_ppm", "one exposure of the dark stack does not part hot pixels from the dark signal's spread"),
-            ("pixel.rts_ppm", "a stack of this length does not tell telegraph noise from read noise"),
-            ("adc.ramp_inl_lsb", "the series has too few points for a converter's bow; LE_min and LE_max bound it"),
-        ] {
-            fit.untold.push(Untold { key, reason: reason.to_owned() });
         }
     }
 }
@@ -362,10 +448,4 @@ fn rooted(
         value + libm::hypot(high - value, value * of_scale),
     ];
     Fitted { key, value, interval, rests_on }
-}
-
-/// Pixels whose mean dark code lies beyond 6 sigma.
-fn outliers(means_dn: &[f64], dark: &SpatialVariances) -> usize {
-    let sigma_dn = (greater(0.0, dark.total_dn2) + dark.stack_variance_dn2 / dark.frames).sqrt();
-    means_dn.iter().filter(|&&mean| (mean - dark.mean_dn).abs() > 6.0 * sigma_dn).count()
 }

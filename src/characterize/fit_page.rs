@@ -2,6 +2,7 @@
 //! self-contained page without scripts or network.
 
 use super::analysis::{Figures, Summary, figures};
+use super::fit::defective::DefectivePixels;
 use super::fit::{Fitted, SensorFit, Untold};
 use super::map::map;
 use super::measure::{ChannelMeasurement, StackSums, TransferPoint, centred};
@@ -37,6 +38,8 @@ pub struct Beside<'a> {
     pub measured: &'a ChannelMeasurement,
     /// Frames of the fitted sensor.
     pub simulated: &'a ChannelMeasurement,
+    /// Defective pixels of both sides, which are left out of everything else.
+    pub defects: [&'a DefectivePixels; 2],
 }
 
 /// What both sides' frames say, with standard errors.
@@ -90,7 +93,7 @@ pub fn html(beside: &Beside<'_>) -> String {
         ),
         spectra(beside),
         pictures(beside),
-        compared(&sides),
+        compared(&sides, beside.defects),
         untold(beside),
         "</main>".to_owned(),
     ];
@@ -299,12 +302,40 @@ fn cropped(values: &[f64], size: Size) -> (Vec<f64>, Size) {
     (centred(rows.flat_map(|row| &row[..index(drawn.width_px)]).copied().collect()), drawn)
 }
 
-fn compared(sides: &[Side; 2]) -> String {
+/// A figure of both sides with the standard error of their difference.
+struct Compared<'a> {
+    name: &'a str,
+    meaning: &'a str,
+    unit: &'a str,
+    values: [f64; 2],
+    error: f64,
+}
+
+/// Defective pixels per million of both sides, by kind.
+fn defects([measured, simulated]: [&DefectivePixels; 2]) -> [Compared<'static>; 4] {
+    let counts: [(&str, &str, fn(&DefectivePixels) -> usize); 4] = [
+        ("hot pixels", "beyond 6 sigma in the dark stack", |side| side.hot.len()),
+        ("noisy pixels", "variance in the dark beyond chance", |side| side.noisy.len()),
+        ("dead pixels", "a fifth of the response or less", |side| side.dead.len()),
+        ("stuck pixels", "at one end of the range in all frames", |side| side.stuck.len()),
+    ];
+    counts.map(|(name, meaning, count)| {
+        let [a, b] = [measured, simulated].map(|side| [count(side), side.pixels].map(f64_from_usize));
+        let share = (a[0] + b[0]) / (a[1] + b[1]);
+        let error = 1e6 * (share * (1.0 - share) * (1.0 / a[1] + 1.0 / b[1])).sqrt();
+        Compared { name, meaning, unit: "ppm", values: [a, b].map(|[count, pixels]| 1e6 * count / pixels), error }
+    })
+}
+
+fn compared(sides: &[Side; 2], pixels: [&DefectivePixels; 2]) -> String {
     let [measured, simulated] = sides;
+    let figures = measured.found.iter().filter_map(|(name, _)| {
+        let ([a, a_error], [b, b_error]) = (measured.get(name)?, simulated.get(name)?);
+        let unit = if unit(name) == "1" { "" } else { unit(name) };
+        Some(Compared { name, meaning: meaning(name), unit, values: [a, b], error: libm::hypot(a_error, b_error) })
+    });
     let (mut rows, mut different, mut all) = (String::new(), 0, 0);
-    for (name, _) in measured.found.iter() {
-        let (Some([a, a_error]), Some([b, b_error])) = (measured.get(name), simulated.get(name)) else { continue };
-        let error = libm::hypot(a_error, b_error);
+    for Compared { name, meaning, unit, values: [a, b], error } in figures.chain(defects(pixels)) {
         if !(error > 0.0) {
             continue;
         }
@@ -312,11 +343,10 @@ fn compared(sides: &[Side; 2]) -> String {
         let is_different = distance.abs() > DIFFERENT;
         all += 1;
         different += u32::from(is_different);
-        let unit = if unit(name) == "1" { "" } else { unit(name) };
         rows += &format!(
-            "<tr><th scope=\"row\">{name}</th><td class=\"note\">{}</td><td class=\"num\">{} {unit}</td><td class=\"num\">{} {unit}</td>\
+            "<tr><th scope=\"row\">{name}</th><td class=\"note\">{meaning}</td>\
+             <td class=\"num\">{} {unit}</td><td class=\"num\">{} {unit}</td>\
              <td class=\"num {}\">{distance:+.1}</td></tr>",
-            meaning(name),
             significant(a),
             significant(b),
             if is_different { "left" } else { "" }
@@ -324,7 +354,8 @@ fn compared(sides: &[Side; 2]) -> String {
     }
     let lead = format!(
         "EMVA 1288 figures of both sides. {different} of {all} differ by more than {DIFFERENT} standard errors of both; those are effects \
-         that the fitted sensor does not have, or that its preset has and the frames do not."
+         that the fitted sensor does not have, or that its preset has and the frames do not. Defective pixels, last in the table, are left \
+         out of all other figures of this page."
     );
     let head = "<th>figure</th><th>meaning</th><th class=\"num\">measured</th><th class=\"num\">simulated</th>\
                 <th class=\"num\">standard errors apart</th>";

@@ -232,6 +232,12 @@ impl StackSums {
         self.frames * self.squares[index] - self.sums[index] * self.sums[index]
     }
 
+    /// Temporal variance of one pixel, unbiased.
+    pub fn pixel_variance_dn2(&self, index: usize) -> f64 {
+        let frames = f64_from_u64(self.frames);
+        f64_from_u64(self.pseudo_variance(index)) / (frames * (frames - 1.0))
+    }
+
     /// Temporal variance, unbiased, averaged over pixels.
     pub fn variance_dn2(&self) -> f64 {
         let frames = f64_from_u64(self.frames);

@@ -222,6 +222,15 @@ pub struct FitArguments {
     /// Of the die while the frames were taken; 300 unless given.
     #[arg(long, value_name = "K")]
     pub temperature_k: Option<f64>,
+    /// Dark frames at another temperature of the die, two exposures or more: the step over which dark current doubles. Repeatable.
+    #[arg(long, value_name = "K=FOLDER")]
+    pub dark: Vec<String>,
+    /// Bright and dark stacks behind the lens, before an even source: the lens's roll-off.
+    #[arg(long, value_name = "FOLDER", requires = "focal_mm")]
+    pub flat: Option<PathBuf>,
+    /// Focal length of that lens; the pixel pitch is the preset's.
+    #[arg(long, value_name = "MM")]
+    pub focal_mm: Option<f64>,
     /// Simulates the fitted sensor's frames and writes a page with both sides: histograms, spectra, photon transfer, frames.
     #[arg(long, value_name = "FILE")]
     pub page: Option<PathBuf>,

@@ -3,7 +3,11 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use sensel::characterize::fit::{Assumed, Fitted, SensorFit, fit};
+use sensel::characterize::fit::defective::DefectivePixels;
+use sensel::characterize::fit::doubling::DarkSeries;
+use sensel::characterize::fit::roll_off::{RollOffTable, roll_off};
+use sensel::characterize::fit::sound::sound_measurement;
+use sensel::characterize::fit::{Assumed, Fitted, SensorFit, SensorFrames, fit};
 use sensel::characterize::fit_page::{self, Beside};
 use sensel::characterize::set::SIDE_MAX;
 use sensel::characterize::{ChannelMeasurement, SensorBench};
@@ -33,8 +37,12 @@ pub fn main(arguments: &FitArguments, shared: &CommonOptions) -> Result<(), Erro
     let located = place::locate_sensor(Some(&arguments.preset), shared)?;
     let pixel = &located.resolved.scenario.sensor.pixel;
     let temperature_k = arguments.temperature_k.unwrap_or(300.0);
-    if !(200.0..=450.0).contains(&temperature_k) {
+    if !TEMPERATURES_K.contains(&temperature_k) {
         return Err(Error::key("--temperature-k", temperature_k, "out of range; use 200 to 450"));
+    }
+    let (pitch_um, focal_mm) = (pixel.pitch_um, arguments.focal_mm.unwrap_or(1.0));
+    if !(0.01..=10_000.0).contains(&focal_mm) {
+        return Err(Error::key("--focal-mm", focal_mm, "out of range; use 0.01 to 10,000"));
     }
     let assumed = Assumed {
         conversion_gain_uv_per_e: pixel.conversion_gain_uv_per_e,
@@ -42,15 +50,31 @@ pub fn main(arguments: &FitArguments, shared: &CommonOptions) -> Result<(), Erro
         dark_doubling_k: pixel.dark_doubling_k,
     };
     let found = emva_reader::read(&arguments.folder)?;
-    let refused = |reason: String| Error::Content { file: arguments.folder.display().to_string(), reason };
-    let mut fit = fit(&found.measurement, found.bits, &assumed).map_err(refused)?;
+    let temperatures =
+        arguments.dark.iter().map(|dark| dark_series(dark, &found)).collect::<Result<Vec<_>, Error>>()?;
+    let frames = SensorFrames {
+        measurement: &found.measurement,
+        defects: &found.defects,
+        bits: found.bits,
+        half: found.half,
+        temperatures: &temperatures,
+    };
+    let mut fit = fit(&frames, &assumed).map_err(refused(&arguments.folder))?;
+    let lens = match &arguments.flat {
+        Some(folder) => {
+            let flat = emva_reader::read_flat(folder, &found)?;
+            let px_of_focal = 1e3 * focal_mm / pitch_um;
+            Some(roll_off(&flat.bright, &flat.dark, found.bits, px_of_focal).map_err(refused(folder))?)
+        }
+        None => None,
+    };
     fit.warnings.splice(0..0, found.warnings.iter().cloned());
     let text = sensor_file(&fit, &found, &arguments.preset, temperature_k);
     if let Some(out) = &out {
         place::write_output("--out", out, text.as_bytes())?;
     }
     if let Some(page) = &arguments.page {
-        let simulated = simulated(&found, &fit, arguments, temperature_k, shared)?;
+        let (simulated, made) = simulated(&found, &fit, arguments, temperature_k, shared)?;
         let name = arguments.folder.file_name().map_or("frames".into(), |name| name.to_string_lossy());
         let html = fit_page::html(&Beside {
             name: &name,
@@ -59,6 +83,7 @@ pub fn main(arguments: &FitArguments, shared: &CommonOptions) -> Result<(), Erro
             fit: &fit,
             measured: &found.measurement,
             simulated: &simulated,
+            defects: [&found.defects, &made],
         });
         place::write_output("--page", page, html.as_bytes())?;
     }
@@ -72,6 +97,8 @@ pub fn main(arguments: &FitArguments, shared: &CommonOptions) -> Result<(), Erro
             },
             "temperature_k": temperature_k,
             "fit": fit,
+            "defects": found.defects,
+            "roll_off": lens,
         }));
         return Ok(());
     }
@@ -85,6 +112,10 @@ pub fn main(arguments: &FitArguments, shared: &CommonOptions) -> Result<(), Erro
     for untold in &fit.untold {
         outln!("  {:<32} {}", untold.key, untold.reason);
     }
+    defects(&found.defects);
+    if let Some(lens) = &lens {
+        outln!("{}", lens_lines(lens));
+    }
     if let Some(out) = &out {
         outln!("sensor file: {0}; use it as sensor.preset = \"./{0}\" in a scenario of its folder", out.display());
     }
@@ -94,6 +125,49 @@ pub fn main(arguments: &FitArguments, shared: &CommonOptions) -> Result<(), Erro
     Ok(())
 }
 
+/// Temperatures of a die in K.
+const TEMPERATURES_K: std::ops::RangeInclusive<f64> = 200.0..=450.0;
+
+fn refused(folder: &Path) -> impl Fn(String) -> Error {
+    |reason| Error::Content { file: folder.display().to_string(), reason }
+}
+
+/// Dark frames by the words of `--dark`.
+fn dark_series(words: &str, found: &FoundMeasurement) -> Result<DarkSeries, Error> {
+    let parts = words.split_once('=').and_then(|(kelvin, folder)| Some((kelvin.parse::<f64>().ok()?, folder)));
+    match parts {
+        Some((kelvin, folder)) if TEMPERATURES_K.contains(&kelvin) => {
+            emva_reader::read_dark(Path::new(folder), kelvin, found)
+        }
+        _ => Err(Error::key("--dark", words, "is no temperature of 200 to 450 K with a folder; use 320=FOLDER")),
+    }
+}
+
+/// What was left out of all other figures.
+fn defects(defects: &DefectivePixels) {
+    let [hot, noisy] = [defects.hot.len(), defects.noisy.len()];
+    let (dead, stuck) = (defects.dead.len(), defects.stuck.len());
+    outln!(
+        "defective pixels, left out of all other figures: {hot} hot, {noisy} noisy, {dead} dead, {stuck} stuck of {}; --json lists them",
+        defects.pixels
+    );
+}
+
+/// Lines of a scenario for a lens.
+fn lens_lines(lens: &RollOffTable) -> String {
+    let mut text = "lens, for a scenario:\n  [optics]\n  roll_off = \"table\"\n  roll_off_table = [".to_owned();
+    for [angle_deg, share] in &lens.table {
+        let _ = write!(text, "[{:.3}, {:.5}], ", angle_deg, share);
+    }
+    let half = lens.intervals.iter().map(|[low, high]| 0.5 * (high - low)).fold(0.0, f64::max);
+    let _ = write!(
+        text,
+        "]\n  shares to {half:.5} (95 %); rings of the frames lie up to {:.5} beside the curve",
+        lens.left_over
+    );
+    text
+}
+
 /// Frames of the fitted sensor under the light of those that were read: of their first rows and columns where they are large.
 fn simulated(
     found: &FoundMeasurement,
@@ -101,7 +175,7 @@ fn simulated(
     arguments: &FitArguments,
     temperature_k: f64,
     shared: &CommonOptions,
-) -> Result<ChannelMeasurement, Error> {
+) -> Result<(ChannelMeasurement, DefectivePixels), Error> {
     let size = Size { width_px: found.size.width_px.min(SIDE_MAX), height_px: found.size.height_px.min(SIDE_MAX) };
     // The frames are of one colour plane. Lines long enough for a row of it: exposures here are free of the readout.
     let assignments = [
@@ -129,12 +203,9 @@ fn simulated(
     let stack = u32::try_from(found.stack).unwrap_or(u32::MAX);
     let bench = SensorBench::of_frames(&resolved, size, points, half, stack)?;
     let bar = progress::bar("simulated frames", bench.set().frames(), shared.quiet);
-    let measurement = bench.run(|_, _| {
-        bar.inc();
-        Ok(())
-    })?;
+    let made = sound_measurement(&bench, || bar.inc());
     bar.finish();
-    Ok(measurement)
+    Ok(made)
 }
 
 /// Five significant digits.
@@ -160,6 +231,8 @@ const ADC: &str = "
 gain = 1.0
 cds = \"analog\"                   # one conversion a code; its noise is part of the read noise
 ";
+const INDEPENDENT: &str = "rts_rate_hz = 1e9                # amplitudes are what double sampling leaves\n";
+const STRAIGHT: &str = "gain_compression = 0.0           # the bend is put down to the converter\n";
 const NO_WELL: &str = "full_well_e = 1e9                # the frames show no full well below the converter's range\n";
 
 fn sensor_file(fit: &SensorFit, found: &FoundMeasurement, preset: &str, temperature_k: f64) -> String {
@@ -175,6 +248,11 @@ fn sensor_file(fit: &SensorFit, found: &FoundMeasurement, preset: &str, temperat
         text.push_str(NO_WELL);
     }
     push_fitted(&mut text, fit, "pixel.");
+    for (key, line) in [("pixel.rts_ppm", INDEPENDENT), ("adc.ramp_inl_lsb", STRAIGHT)] {
+        if fit.get(key).is_some() {
+            text.push_str(line);
+        }
+    }
     text.push_str(ADC);
     let _ = writeln!(text, "bits = {bits}");
     push_fitted(&mut text, fit, "adc.");

@@ -1,4 +1,4 @@
-//! Grey pictures from PNG and JPEG files, in their own depth, and PNG files of codes.
+//! Grey pictures from PNG, JPEG and TIFF files, in their own depth, and PNG files of codes.
 
 use std::fs::File;
 use std::io::Cursor;

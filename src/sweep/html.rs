@@ -4,11 +4,11 @@ use super::digits::digits;
 use super::interaction::{Interaction, LevelMeans, with_ends};
 use super::picture;
 use super::record::label;
-use super::statistics::MeanEstimate;
 use super::table::{Role, Table};
 use super::verdicts::{FactorEffect, FigureReport, FrontPoint, LevelDifference, PointVerdict};
 use crate::report::chart::{self, Axes, Ink, SeriesShape, chart};
 use crate::report::escape::escaped;
+use crate::statistics::MeanEstimate;
 
 /// Columns of the table that a page shows; the others stand in the Parquet file.
 const TABLE_ROWS_MAX: usize = 20_000;

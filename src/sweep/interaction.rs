@@ -4,9 +4,9 @@ use super::digits::digits;
 use super::file::PictureWish;
 use super::levels::{Levels, by_rest, figures, levels};
 use super::record::label;
-use super::statistics::MeanEstimate;
 use super::table::{Role, Table};
 use crate::error::Error;
+use crate::statistics::MeanEstimate;
 
 /// One picture and table of a report.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::statistics::mean;
 use super::table::{ColumnValues, Role, Table};
+use crate::statistics::mean;
 
 /// A factor with more values than this is cut into classes of equal numbers of cells.
 const LEVELS_MAX: usize = 12;

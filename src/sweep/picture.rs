@@ -4,8 +4,8 @@ use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 
 use super::interaction::Interaction;
-use super::statistics::MeanEstimate;
 use crate::num::{f64_from_usize, greater, index, lesser, u32_truncated};
+use crate::statistics::MeanEstimate;
 
 const SIZE_PX: (u32, u32) = (760, 430);
 
@@ -50,7 +50,7 @@ fn legend_place(interaction: &Interaction) -> SeriesLabelPosition {
         |series: &super::interaction::LevelMeans| series.means.iter().flatten().map(|one| one.mean).collect::<Vec<_>>();
     let all: Vec<f64> = interaction.series.iter().flat_map(means).collect();
     let last: Vec<f64> = interaction.series.iter().filter_map(|series| means(series).last().copied()).collect();
-    if super::statistics::mean(&last) > super::statistics::mean(&all) {
+    if crate::statistics::mean(&last) > crate::statistics::mean(&all) {
         SeriesLabelPosition::LowerRight
     } else {
         SeriesLabelPosition::UpperRight

@@ -9,12 +9,12 @@ use super::html;
 use super::interaction::Interaction;
 use super::levels::{by_rest, figures, levels};
 use super::record::find_figure;
-use super::statistics::{MeanEstimate, mean, standard_error};
 use super::table::{Role, Table};
 pub use super::verdicts::{FactorEffect, FigureReport, FrontPoint, LevelDifference, PointVerdict};
 use crate::draw::DrawKey;
 use crate::error::Error;
 use crate::num::f64_from_usize;
+use crate::statistics::{MeanEstimate, mean, standard_error};
 
 /// Figures with effects where a sweep file names none.
 const FIGURES: [&str; 6] = [

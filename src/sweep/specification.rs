@@ -1,9 +1,9 @@
 //! Specifications: a figure, a limit, and the share of runs that must keep it, as in `ate_m < 0.010 for 99 %`.
 
 use super::record::{CellRecord, find_figure};
-use super::statistics::{CONFIDENCE, SequentialTest, SequentialVerdict, binomial_interval};
 use crate::error::Error;
 use crate::num::f64_from_u64;
+use crate::statistics::{CONFIDENCE, SequentialTest, SequentialVerdict, binomial_interval};
 
 /// Probability of a wrong verdict of the sequential test, on either side.
 pub const SEQUENTIAL_ERROR: f64 = 0.05;

@@ -1,7 +1,7 @@
 //! What a sweep's page says of each figure.
 
 use super::specification::SpecificationJudgement;
-use super::statistics::MeanEstimate;
+use crate::statistics::MeanEstimate;
 
 /// A specification's verdict on a point.
 #[derive(Clone, Debug, PartialEq)]

@@ -12,10 +12,10 @@ use sensel::files::photons::PhotonFiles;
 use sensel::files::sweep::SweepFolder;
 use sensel::run::probe::Place;
 use sensel::run::{PhotonStore, Setup, Stopwatch};
+use sensel::statistics::SequentialVerdict;
 use sensel::sweep::Cell;
 use sensel::sweep::record::CellCost;
 use sensel::sweep::report::PointVerdict;
-use sensel::sweep::statistics::SequentialVerdict;
 use sensel::units::FrameIndex;
 
 use super::cell::Worker;
