@@ -98,8 +98,12 @@ pub fn best(scene: &Scene, count: usize) -> Vec<CameraView> {
     });
     let is_room = extent.size_m().min_element() > ROOM_M && encloses(&inside);
     let has_floor = has_floor(scene, &extent);
-    if has_floor && !is_room {
-        inside.retain(|view| stands_in_the_open(scene, view));
+    if is_room || has_floor {
+        // In the open nothing is above either: beneath a terrain it is the other way round.
+        inside.retain(|view| {
+            let [below, above] = surfaces_along_the_vertical(scene, view);
+            below && (is_room || !above)
+        });
     }
     inside.sort_by(by_score);
     around.sort_by(by_score);
@@ -169,13 +173,13 @@ fn has_floor(scene: &Scene, extent: &SceneBox) -> bool {
     10 * met >= 9 * LANES * LANES
 }
 
-/// Whether a surface lies straight below a camera and none above it: beneath a terrain it is the other way round.
-fn stands_in_the_open(scene: &Scene, view: &CameraView) -> bool {
+/// Whether a surface lies straight below a camera, and straight above it.
+fn surfaces_along_the_vertical(scene: &Scene, view: &CameraView) -> [bool; 2] {
     let level = Pose::new(DQuat::IDENTITY, view.world_from_camera.translation_m);
     [DVec3::NEG_Y, DVec3::Y].map(|way| {
         let packet = packet_of(&level, |_| way);
         closest_through(&scene.bvh, &scene.mesh, &packet, &mut Stack::new()).triangle[0] != MISS
-    }) == [true, false]
+    })
 }
 
 /// Level cameras on a grid within the bounds.
