@@ -198,11 +198,15 @@ pub fn refuse_same(files: &[(&str, Option<&PathBuf>)]) -> Result<(), Error> {
     Ok(())
 }
 
-/// A path without links, as far as it is there.
-pub fn real(file: &Path) -> PathBuf {
-    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let in_folder = || Some(std::fs::canonicalize(folder).ok()?.join(file.file_name()?));
-    std::fs::canonicalize(file).ok().or_else(in_folder).unwrap_or_else(|| file.to_owned())
+/// A path without links, as far as it is there: two paths of one place begin alike, whether the place exists or not.
+pub fn real(path: &Path) -> PathBuf {
+    let whole = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let above = whole.ancestors().find_map(|above| Some((std::fs::canonicalize(above).ok()?, above)));
+    above.map_or(whole.clone(), |(real, above)| {
+        // Nothing joined would end the path in a separator.
+        let rest = whole.strip_prefix(above).unwrap_or(Path::new(""));
+        if rest.as_os_str().is_empty() { real } else { real.join(rest) }
+    })
 }
 
 fn name_of(file: &Path) -> String {

@@ -8,15 +8,18 @@
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 pub(super) mod aims;
+pub(super) mod at_place;
 mod batch;
 pub mod blockers;
 pub mod buried;
 mod cells;
 mod clearance;
+mod cut_off;
 mod fan;
 mod gathered;
 pub(super) mod rays;
 mod refine;
+mod secondary;
 mod settings;
 mod source_lists;
 mod sources;
@@ -25,10 +28,14 @@ mod traced;
 
 use super::geometry::Scene;
 use super::hashing::hash_floats;
-use super::light::{BANDS, Bands};
+use super::light::{BANDS, Bands, luminance};
 use super::mesh::ALBEDO_MAX;
-use crate::num::{f32_nearest, greater, lesser, u64_from};
+use crate::num::{f32_nearest, greater, index, lesser, u64_from};
+use crate::parallel::collected;
 pub use aims::Aimed;
+use aims::Aims;
+use cut_off::{CutOff, Relit, cut_off};
+use fan::{FLICKERING, GROUPS, STEADY};
 use refine::traced_samples;
 pub use settings::{BAKE_VERSION, BakeCost, BakeSettings};
 pub use source_lists::{ListedLight, SourceLists};
@@ -57,6 +64,9 @@ const CONVERGED_SHARE: f32 = 1e-4;
 
 /// Irradiance below this share of the greatest, which is found beside a lamp, does not keep the iteration going.
 const DIM_SHARE: f32 = 1e-5;
+
+/// Bounces that follow once places that are cut off have other light: what changes is near them.
+const BOUNCES_AFTER: usize = 2;
 
 /// Iterations at most. A room of the greatest albedo all over needs a few, because its light is extrapolated.
 const BOUNCES_MAX: usize = 1_000;
@@ -167,14 +177,27 @@ impl Bake {
         progress(0.0);
         let mut traced = traced_samples(scene, settings, &|share| progress(0.95 * share));
         let stand_ins = buried::stand_ins(&scene.layout, |place| traced.buried[place]);
-        let irradiance = settled(scene, &traced, &stand_ins, 0);
-        let flickering = if scene.flickering.is_empty() { Vec::new() } else { settled(scene, &traced, &stand_ins, 1) };
+        let mut light = [STEADY, FLICKERING].map(|group| {
+            let shines = group == STEADY || !scene.flickering.is_empty();
+            if shines { settled(scene, &traced, &stand_ins, group) } else { Vec::new() }
+        });
+        let ambient = ambient(&light, traced.sources.len(), |source| light_of(&traced, &stand_ins, source));
+        let cut_off = cut_off(scene, &ambient, &traced.buried);
+        let relit = if cut_off.is_empty() { Vec::new() } else { relight(scene, settings, &cut_off, &mut light) };
+        for (group, light) in light.iter_mut().enumerate().filter(|(_, light)| !relit.is_empty() && !light.is_empty()) {
+            // What stands there is lit by what is in front of it.
+            for _ in 0..BOUNCES_AFTER {
+                *light = bounced(scene, &traced, &stand_ins, group, light, &mut vec![[0.0; BANDS]; light.len()]);
+                relit.iter().for_each(|relit| light[index(relit.place)] = relit.light[group]);
+            }
+        }
         traced.drop_hits();
         let light_of = |source: usize| {
-            let mut light = traced.by_source(source, irradiance.len());
-            buried::fill(&mut light, &stand_ins);
+            let mut light = light_of(&traced, &stand_ins, source);
+            relit.iter().for_each(|relit| light[index(relit.place)] = relit.by_source[source]);
             light
         };
+        let [irradiance, flickering] = light;
         let light = [irradiance.as_slice(), &flickering];
         let [edges, on_normal_maps] =
             SourceLists::beside_edges_and_on_normal_maps(&scene.mesh, &scene.layout, &traced.sources, light, light_of);
@@ -183,19 +206,49 @@ impl Bake {
     }
 }
 
-/// Iterates the bounces of a group: next = direct + mean of (albedo times irradiance) over the places its rays met.
+/// Gives places that are cut off the light in front of what does so.
+fn relight(scene: &Scene, settings: &BakeSettings, cut_off: &[CutOff], light: &mut [Vec<Bands>; GROUPS]) -> Vec<Relit> {
+    let [_, aims] = Aims::of(scene, settings);
+    let known = [light[STEADY].as_slice(), &light[FLICKERING]];
+    let relit = collected(cut_off.len(), |number| cut_off[number].relit(scene, &aims, known));
+    for (group, light) in light.iter_mut().enumerate().filter(|(_, light)| !light.is_empty()) {
+        relit.iter().for_each(|relit| light[index(relit.place)] = relit.light[group]);
+    }
+    relit
+}
+
+/// What one of the strongest sources sends to every place.
+fn light_of(traced: &TracedSamples, stand_ins: &[(u32, u32)], source: usize) -> Vec<SourceLight> {
+    let mut light = traced.by_source(source, traced.buried.len());
+    buried::fill(&mut light, stand_ins);
+    light
+}
+
+/// Light of each place without what comes straight from single sources: 0 where that is all but rounding.
+fn ambient(light: &[Vec<Bands>; GROUPS], sources: usize, light_of: impl Fn(usize) -> Vec<SourceLight>) -> Vec<f32> {
+    let of_group =
+        |group: &[Bands], place: usize| group.get(place).map_or(0.0, |light| luminance(light.map(f64::from)));
+    let all: Vec<f64> =
+        (0..light[0].len()).map(|place| of_group(&light[0], place) + of_group(&light[1], place)).collect();
+    let mut rest = all.clone();
+    for source in 0..sources {
+        rest.iter_mut().zip(light_of(source)).for_each(|(rest, light)| *rest -= f64::from(light.received));
+    }
+    let rest = rest.into_iter().zip(all);
+    rest.map(|(rest, all)| if rest > AMBIENT_SHARE_MIN * all { f32_nearest(rest) } else { 0.0 }).collect()
+}
+
+/// Below this share of all light, what is left beside single sources is taken for the rounding of their sum.
+const AMBIENT_SHARE_MIN: f64 = 1e-3;
+
+/// Iterates the bounces of a group until they settle.
 fn settled(scene: &Scene, traced: &TracedSamples, stand_ins: &[(u32, u32)], group: usize) -> Vec<Bands> {
     let mut now = traced.direct(group, 2 * scene.layout.samples.len());
     buried::fill(&mut now, stand_ins);
     let mut exitance = vec![[0.0; BANDS]; now.len()];
     let mut rates = Rates::default();
     for _ in 0..BOUNCES_MAX {
-        for (place, (exitance, light)) in exitance.iter_mut().zip(&now).enumerate() {
-            let albedo = &scene.layout.samples[place / 2].albedo;
-            *exitance = std::array::from_fn(|band| light[band] * albedo[band]);
-        }
-        let mut next = traced.bounced(group, &exitance);
-        buried::fill(&mut next, stand_ins);
+        let mut next = bounced(scene, traced, stand_ins, group, &now, &mut exitance);
         rates.follow(&now, &next);
         let settled = is_settled(&now, &next, &rates);
         if !settled && rates.are_known() {
@@ -207,6 +260,24 @@ fn settled(scene: &Scene, traced: &TracedSamples, stand_ins: &[(u32, u32)], grou
         }
     }
     now
+}
+
+/// One more bounce of a group: direct light + mean of (albedo times irradiance) over the places that rays met.
+fn bounced(
+    scene: &Scene,
+    traced: &TracedSamples,
+    stand_ins: &[(u32, u32)],
+    group: usize,
+    now: &[Bands],
+    exitance: &mut [Bands],
+) -> Vec<Bands> {
+    for (place, (exitance, light)) in exitance.iter_mut().zip(now).enumerate() {
+        let albedo = &scene.layout.samples[place / 2].albedo;
+        *exitance = std::array::from_fn(|band| light[band] * albedo[band]);
+    }
+    let mut next = traced.bounced(group, exitance);
+    buried::fill(&mut next, stand_ins);
+    next
 }
 
 /// Rates at which changes fall from bounce to bounce in each band: after some bounces, the greatest eigenvalue of the light transport.

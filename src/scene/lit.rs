@@ -26,9 +26,8 @@ use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
-use super::bake::aims::{Aims, aimed_light};
-use super::bake::blockers::Blocker;
-use super::bake::rays::{GROUPS, Place, bounce_rays};
+use super::bake::aims::Aims;
+use super::bake::rays::Place;
 use super::bake::{Bake, BakeSettings};
 use super::flicker::Flicker;
 use super::geometry::Scene;
@@ -99,51 +98,17 @@ impl Scene {
         let (at, up) = (at_m.to_array().map(f32_nearest), [0.0, 1.0, 0.0]);
         let aims = Aims::new(self, METER_LAMP_RAYS, METER_RAYS);
         let baked = [bake.irradiance.as_slice(), bake.flickering.as_slice()];
-        let ([steady, flickering], _) = self.irradiance_at((at, up), &aims, baked, 1.0, &[]);
+        let [steady, flickering] =
+            self.light_at(&Place { at_m: at, normal: up, sides: 1 }, &aims, baked, 1.0, &[]).by_group;
         std::array::from_fn(|band| steady[band] + flickering[band])
-    }
-
-    /// Irradiance of one side of a place, steady and flickering, from lamps and sky by `aims` and from the surfaces around, of which
-    /// `baked` is the irradiance (steady, flickering; the latter may be empty). Radiances of the scene count `per_unit` times. Objects in
-    /// the way are black; also gives the share of light from all around, by its cosine, that they take.
-    pub(super) fn irradiance_at(
-        &self,
-        (at_m, normal): ([f32; 3], [f32; 3]),
-        aims: &Aims,
-        baked: [&[Bands]; GROUPS],
-        per_unit: f64,
-        blockers: &[Blocker],
-    ) -> ([[f64; BANDS]; GROUPS], f64) {
-        let place = [Place { at_m, normal, sides: 1 }];
-        let [aimed, _] = aimed_light(self, &place, aims, blockers)[0];
-        let [rays, _] = &bounce_rays(self, &place, &aims.fan, blockers)[0];
-        let mut bounced = [[0.0; BANDS]; GROUPS];
-        let mut add = |place: usize, weight: Bands| {
-            let albedo = self.layout.samples[place / 2].albedo;
-            for (sum, baked) in bounced.iter_mut().zip(baked) {
-                let Some(light) = baked.get(place) else { continue };
-                for band in 0..BANDS {
-                    sum[band] += f64::from(light[band]) * f64::from(albedo[band]) * f64::from(weight[band]);
-                }
-            }
-        };
-        rays.met.iter().for_each(|&place| add(index(place), [1.0; BANDS]));
-        rays.mirrored.iter().for_each(|mirrored| add(index(mirrored.place), mirrored.weight()));
-        let count = crate::num::f64_from_usize(aims.fan.len().max(1));
-        let irradiance = std::array::from_fn(|group| {
-            let of = |band: usize| {
-                per_unit * (aimed.all[group][band] + rays.seen[group][band]) + bounced[group][band] / count
-            };
-            std::array::from_fn(of)
-        });
-        (irradiance, crate::num::f64_from_usize(rays.blocked) / count)
     }
 
     /// Luminance that the upper side of a level plane has straight from lamps and sky, in the scene's own units.
     pub fn direct_light_at(&self, at_m: DVec3) -> f64 {
         let (at, up) = (at_m.to_array().map(f32_nearest), [0.0, 1.0, 0.0]);
         let aims = Aims::new(self, 256, 1_024);
-        let ([steady, flickering], _) = self.irradiance_at((at, up), &aims, [&[], &[]], 1.0, &[]);
+        let place = Place { at_m: at, normal: up, sides: 1 };
+        let [steady, flickering] = self.light_at(&place, &aims, [&[], &[]], 1.0, &[]).by_group;
         luminance(steady) + luminance(flickering)
     }
 

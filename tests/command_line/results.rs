@@ -30,6 +30,20 @@ pub fn everything(folder: &Path) -> Vec<(PathBuf, Option<Vec<u8>>)> {
 }
 
 #[test]
+fn a_result_is_replaced_wherever_its_folder_is_named_from() {
+    let scratch = Scratch::new("again");
+    let whole = scratch.join("whole");
+    for out in ["new", "./other", "deep/in", "deep/../beside", &whole] {
+        for _ in 0..2 {
+            let mut command = sensel_command(&tiny(out, &["--scenes", concat!(env!("CARGO_MANIFEST_DIR"), "/scenes")]));
+            command.current_dir(scratch.path());
+            let outcome = outcome(command);
+            assert_eq!(outcome.code, 0, "{out}: {outcome:?}");
+        }
+    }
+}
+
+#[test]
 fn a_result_with_a_file_of_the_user_s_is_refused_by_its_name_and_stays_as_it_is() {
     let scratch = Scratch::new("notes");
     let run = || sensel(&tiny(&scratch.join("out"), &["--rung", "expected"]));

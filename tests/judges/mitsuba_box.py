@@ -58,6 +58,8 @@ def world():
         if face.get("normal_map"):
             normals = {"type": "bitmap", "bitmap": pictured(face["normal_map"]), "raw": True, "wrap_mode": "clamp"}
             shape["bsdf"] = {"type": "normalmap", "normalmap": normals, "bsdf": shape["bsdf"]}
+        if face["two_sided"]:
+            shape["bsdf"] = {"type": "twosided", "bsdf": shape["bsdf"]}
         if face.get("emission_map"):
             texels = {"type": "bitmap", "bitmap": pictured(face["emission_map"]), "raw": True, "wrap_mode": "clamp"}
             shape["emitter"] = {"type": "area", "radiance": texels}

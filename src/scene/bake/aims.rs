@@ -15,7 +15,7 @@ use super::sources::{SOURCES_MAX, Source, SourceLight, sources};
 use crate::num::f32_nearest;
 
 /// Aimed rays end this share short of the lamp.
-const AIM_SHARE: f32 = 0.999;
+pub(super) const AIM_SHARE: f32 = 0.999;
 
 /// What all samples of one kind aim at and where they look.
 #[derive(Clone, Debug)]
@@ -251,7 +251,7 @@ pub fn visible_aims(scene: &Scene, number: usize, aims: &Aims, stack: &mut Stack
 /// Form factor of a small disc of the area that a ray represents, cos cos A / sqrt((pi d^2)^2 + A^2). It never exceeds 1, so a lamp that
 /// touches a sample does not give it infinite light; far away it falls short of a point's, which the points of a lamp sum to, by half the
 /// square of A / (pi d^2).
-fn disc_form_factor(normal: [f32; 3], toward: [f32; 3], lamp: [f32; 3], area_m2: f64) -> f64 {
+pub(super) fn disc_form_factor(normal: [f32; 3], toward: [f32; 3], lamp: [f32; 3], area_m2: f64) -> f64 {
     let distance2 = f64::from(dot(toward, toward));
     let cos_here = f64::from(dot(toward, normal)).abs();
     let cos_there = -f64::from(dot(toward, lamp));

@@ -7,6 +7,7 @@ use super::super::light::{BANDS, Bands};
 use super::aims::Aims;
 use super::fan::GROUPS;
 use super::rays::{Mirrored, SideLight, gather};
+use super::secondary::SecondarySources;
 use crate::num::{f32_nearest, f64_from_usize, greater, index, u32_from};
 
 /// Random rays that are traced together, about: enough for packets of one direction, and few enough to stay in the cache.
@@ -50,18 +51,25 @@ struct Looks {
 
 impl Gathered {
     /// Traces the rays of samples.
-    pub fn of(scene: &Scene, aims: &[Aims; 2], bounces: bool, samples: &[u32]) -> (Self, HitLists) {
+    pub fn of(
+        scene: &Scene,
+        aims: &[Aims; 2],
+        secondary: &[SecondarySources; 2],
+        bounces: bool,
+        samples: &[u32],
+    ) -> (Self, HitLists) {
         let mut hits = HitLists::default();
         let mut all = Self { by_source: vec![Vec::new(); aims[0].sources.len()], ..Self::default() };
         let is_on_grid = |&sample: &u32| scene.layout.samples[index(sample)].on_grid;
         let keeps_moments = samples.iter().any(is_on_grid);
         for alike in samples.chunk_by(|a, b| is_on_grid(a) == is_on_grid(b)) {
-            let aims = &aims[usize::from(is_on_grid(&alike[0]))];
+            let kind = usize::from(is_on_grid(&alike[0]));
+            let (aims, secondary) = (&aims[kind], &secondary[kind]);
             let rays = if bounces { aims.fan.len() } else { 0 };
             // Vertices have normals of all kinds: their rays have too little in common.
-            let batch = if is_on_grid(&alike[0]) { (BATCH_RAYS / aims.fan.len().max(1)).max(1) } else { 1 };
+            let batch = if kind == 1 { (BATCH_RAYS / aims.fan.len().max(1)).max(1) } else { 1 };
             for neighbours in alike.chunks(batch) {
-                for (&sample, sides) in neighbours.iter().zip(gather(scene, aims, neighbours)) {
+                for (&sample, sides) in neighbours.iter().zip(gather(scene, aims, secondary, neighbours)) {
                     let lit = scene.layout.samples[index(sample)].sides();
                     for (side, seen) in (0..).zip(&sides[..lit]) {
                         all.places.push(2 * sample + side);

@@ -14,8 +14,9 @@ use super::batch::{self, Hit};
 use super::blockers::Blocker;
 use super::fan::FLICKERING;
 pub use super::fan::{ByGroup, GROUPS, LIFT_M, Place, STEADY, idle, set_ray};
+use super::secondary::SecondarySources;
 use super::sources::{SOURCES_MAX, SourceLight};
-use crate::num::{f64_from_usize, index, low_u16, u32_from, u32_truncated_f32};
+use crate::num::{f32_nearest, f64_from_usize, index, low_u16, u32_from, u32_truncated_f32};
 
 /// Mirrors that a ray is followed over. What is left after them is dropped: all that five metal mirrors keep, 1e-7 of glazed tiles.
 const MIRRORS_MAX: usize = 4;
@@ -34,7 +35,7 @@ pub struct SideLight {
     pub is_buried: bool,
 }
 
-/// A share of a ray that ended at a place.
+/// A share of the light of a ray that ended at a place, or of several where it is a secondary source.
 #[derive(Clone, Copy, Debug)]
 pub struct Mirrored {
     /// Twice the sample plus its side.
@@ -58,7 +59,7 @@ impl Mirrored {
 }
 
 /// Traces all rays of neighbouring samples: the light of both sides of each, nothing on the back of a one-sided surface.
-pub fn gather(scene: &Scene, aims: &Aims, samples: &[u32]) -> Vec<[SideLight; 2]> {
+pub fn gather(scene: &Scene, aims: &Aims, secondary: &SecondarySources, samples: &[u32]) -> Vec<[SideLight; 2]> {
     let places: Vec<Place> = samples.iter().map(|&number| Place::of(&scene.layout.samples[index(number)])).collect();
     let lit = |(AimedLight { all: mut direct, by_source }, bounced): (AimedLight, Bounced)| {
         for group in 0..GROUPS {
@@ -70,7 +71,14 @@ pub fn gather(scene: &Scene, aims: &Aims, samples: &[u32]) -> Vec<[SideLight; 2]
         SideLight { direct, by_source, bounced, is_buried }
     };
     let aimed = aimed_light(scene, &places, aims, &[]);
-    let bounced = bounce_rays(scene, &places, &aims.fan, &[]);
+    let mut bounced = bounce_rays(scene, &places, &aims.fan, secondary, &[]);
+    let (rays, mut stack) = (f32_nearest(f64_from_usize(aims.fan.len())), Stack::new());
+    for (place, bounced) in places.iter().zip(&mut bounced) {
+        for (seen, bounced) in secondary.seen_from(scene, place, &mut stack).into_iter().zip(bounced) {
+            let weighted = |(place, share)| Mirrored::new(place, [rays * f32_nearest(share); BANDS]);
+            bounced.mirrored.extend(seen.into_iter().map(weighted));
+        }
+    }
     let each = aimed.into_iter().zip(bounced);
     each.map(|([above, below], [front, back])| [(above, front), (below, back)].map(lit)).collect()
 }
@@ -100,8 +108,15 @@ struct Path {
     weight: Bands,
 }
 
-/// Cosine-weighted rays of both sides of neighbouring places along the directions of a fan: what they met. A side that is not lit has none.
-pub fn bounce_rays(scene: &Scene, places: &[Place], fan: &[[f32; 3]], blockers: &[Blocker]) -> Vec<[Bounced; 2]> {
+/// Cosine-weighted rays of both sides of neighbouring places along the directions of a fan: what they met, but for
+/// secondary sources from afar. A side that is not lit has none.
+pub fn bounce_rays(
+    scene: &Scene,
+    places: &[Place],
+    fan: &[[f32; 3]],
+    secondary: &SecondarySources,
+    blockers: &[Blocker],
+) -> Vec<[Bounced; 2]> {
     let sides = || places.iter().enumerate().flat_map(|(place, of)| (0..of.sides).map(move |side| (place, side)));
     let origins_m: Vec<[f32; 3]> = sides().map(|(place, side)| places[place].lifted_m(side)).collect();
     let turns = sides().map(|(place, side)| places[place].normal_of(side)).map(|normal| (frame(normal), normal));
@@ -133,7 +148,8 @@ pub fn bounce_rays(scene: &Scene, places: &[Place], fan: &[[f32; 3]], blockers: 
                 (Some(mirror), Some(place)) => {
                     paths.extend(mirror.reflected(scene, &path, hits[ray].t, place, bounced));
                 }
-                (None, Some(place)) => bounced.met.push(place),
+                (None, Some(place)) if secondary.counts(place, hits[ray].t) => bounced.met.push(place),
+                (None, Some(_)) => {}
                 (_, None) => bounced.backs += usize::from(!end.is_sky),
             }
         }

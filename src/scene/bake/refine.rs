@@ -17,6 +17,7 @@ use super::cells::{GridCell, Nodes};
 use super::clearance::{FlatBox, is_anything_near};
 use super::fan::GROUPS;
 use super::gathered::Gathered;
+use super::secondary::SecondarySources;
 use super::settings::BakeSettings;
 use super::traced::{CHUNKS_TOGETHER, Stencil, TracedSamples, interpolate};
 use crate::num::{f32_nearest, f64_from_usize, index, u32_from};
@@ -67,6 +68,7 @@ pub fn traced_samples(scene: &Scene, settings: &BakeSettings, progress: &(dyn Fn
 struct WaveRefinement<'a> {
     scene: &'a Scene,
     aims: [Aims; 2],
+    secondary: [SecondarySources; 2],
     /// Some of the aims of samples on grids.
     probes: Aims,
     bounces: bool,
@@ -90,6 +92,8 @@ struct WaveRefinement<'a> {
 impl<'a> WaveRefinement<'a> {
     fn new(scene: &'a Scene, settings: &BakeSettings, progress: &'a (dyn Fn(f64) + Sync)) -> Self {
         let aims = Aims::of(scene, settings);
+        let secondary =
+            if settings.bounces { SecondarySources::of(scene, &aims) } else { <[SecondarySources; 2]>::default() };
         let samples = scene.layout.samples.len();
         let groups = 1 + usize::from(!scene.flickering.is_empty());
         // Zeros as the allocator has them take no memory before they are written to, as a copy does.
@@ -105,6 +109,7 @@ impl<'a> WaveRefinement<'a> {
                 ..TracedSamples::default()
             },
             aims,
+            secondary,
             bounces: settings.bounces,
             progress,
             groups,
@@ -160,12 +165,13 @@ impl<'a> WaveRefinement<'a> {
     fn trace(&mut self, wanted: &[u32]) -> usize {
         let total = f64_from_usize(self.is_traced.len().max(1));
         let before = std::sync::atomic::AtomicUsize::new(self.done);
-        let (scene, aims, bounces, progress) = (self.scene, &self.aims, self.bounces, self.progress);
+        let (scene, aims, secondary) = (self.scene, &self.aims, &self.secondary);
+        let (bounces, progress) = (self.bounces, self.progress);
         let first = self.traced.gathered.len();
         for wanted in wanted.chunks(CHUNKS_TOGETHER * CHUNK) {
             let new = in_chunks(wanted.len(), CHUNK, |range| {
                 let count = range.len();
-                let chunk = Gathered::of(scene, aims, bounces, &wanted[range]);
+                let chunk = Gathered::of(scene, aims, secondary, bounces, &wanted[range]);
                 let before = before.fetch_add(count, std::sync::atomic::Ordering::Relaxed);
                 progress(f64_from_usize(before + count) / total);
                 chunk
@@ -408,7 +414,7 @@ mod tests {
         let places = 2 * scene.layout.samples.len();
         let light = traced.direct(0, places);
         let samples: Vec<u32> = (0..u32_from(scene.layout.samples.len())).collect();
-        let (all, _) = Gathered::of(&scene, &Aims::of(&scene, &settings), true, &samples);
+        let (all, _) = Gathered::of(&scene, &Aims::of(&scene, &settings), &Default::default(), true, &samples);
         let (mut squares, mut worst, mut lit) = (0.0, 0.0_f64, 0);
         for ((&place, &buried), expected) in all.places.iter().zip(&all.buried).zip(&all.direct[0]) {
             let (place, light) = (index(place), &light[index(place)]);

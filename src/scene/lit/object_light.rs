@@ -12,8 +12,10 @@ use std::sync::OnceLock;
 
 use super::super::bake::Bake;
 use super::super::bake::aims::Aims;
+use super::super::bake::at_place::LightAt;
 use super::super::bake::blockers::Blocker;
 use super::super::bake::buried::{fill, stand_ins};
+use super::super::bake::rays::Place;
 use super::super::geometry::Scene;
 use super::super::light::{BANDS, Bands};
 use super::data::{ExitanceBounds, LitScene};
@@ -153,10 +155,10 @@ fn irradiance(
         }
         let normal = world_from_object.direction(wide(sample.normal)) * if side == 0 { 1.0 } else { -1.0 };
         let at_m = world_from_object.point(wide(sample.position_m));
-        let at = (narrow(at_m), narrow(normal));
-        let (found, hidden) = fixed.scene.irradiance_at(at, aims, baked, per_unit, blockers);
+        let place = Place { at_m: narrow(at_m), normal: narrow(normal), sides: 1 };
+        let LightAt { by_group, hidden, .. } = fixed.scene.light_at(&place, aims, baked, per_unit, blockers);
         let of = |light: f64, albedo: f32| f32_nearest(light / (1.0 - hidden * f64::from(albedo)));
-        let lux = found.map(|light| std::array::from_fn(|band| of(light[band], sample.albedo[band])));
+        let lux = by_group.map(|light| std::array::from_fn(|band| of(light[band], sample.albedo[band])));
         (lux, hidden > HIDDEN_MIN)
     };
     let mut found = collected(2 * samples.len(), |place| of_side(place, blockers));
