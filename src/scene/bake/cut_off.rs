@@ -30,7 +30,7 @@ pub struct CutOff {
     in_front: Vec<Place>,
 }
 
-/// The light that a place is given in place of its own.
+/// The light that a place is given.
 #[derive(Clone, Debug)]
 pub struct Relit {
     /// Twice the sample plus its side.

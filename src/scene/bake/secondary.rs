@@ -13,7 +13,7 @@ use super::buried::cells;
 use super::fan::{LIFT_M, Place, idle, set_ray};
 use crate::num::{f32_from_u32, f32_nearest, f64_from_usize, index, u32_from};
 
-/// A surface is a secondary source if its exitance is so many times the mean over all surfaces. Random rays find duller ones often enough.
+/// Least exitance of a secondary source, as a multiple of the mean over all surfaces. Random rays find duller ones often enough.
 const BRIGHT: f64 = 8.0;
 
 /// Below this share of all light that is reflected once, secondary sources are not worth their rays.
