@@ -43,6 +43,7 @@ pub mod object;
 pub mod pattern;
 #[cfg(feature = "pictures")]
 pub mod photo_box;
+mod plane_mirrors;
 pub mod samples;
 pub mod sky;
 #[cfg(feature = "pictures")]

@@ -19,8 +19,10 @@ mod fan;
 mod gathered;
 pub(super) mod rays;
 mod refine;
+mod reflected;
 mod secondary;
 mod settings;
+pub(super) mod shadow_rays;
 mod source_lists;
 mod sources;
 mod store;
@@ -415,7 +417,7 @@ mod tests {
         let mut tried = 0;
         for x_m in [0.0_f32, 0.7, 1.5, 2.5] {
             let place = [rays::Place { at_m: [x_m, 0.0, 0.0], normal: [0.0, 1.0, 0.0], sides: 1 }];
-            let light = aims::aimed_light(&scene, &place, &aims, &[])[0][0].all[0][0];
+            let light = shadow_rays::aimed_light(&scene, &place, &aims, &[])[0][0].all[0][0];
             // A fine midpoint sum of cos cos / d^2 over the lamp: its own error is below 1e-5.
             let mut expected = 0.0;
             for i in 0..100 {

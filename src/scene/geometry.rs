@@ -6,6 +6,7 @@ use super::environment::Environment;
 use super::lamps::Lamps;
 use super::light::Bands;
 use super::mesh::Mesh;
+use super::plane_mirrors::PlaneMirrors;
 use super::samples::Layout;
 use crate::error::Error;
 use crate::num::index;
@@ -24,6 +25,8 @@ pub struct Scene {
     pub layout: Layout,
     /// Emissive surfaces.
     pub lamps: Lamps,
+    /// What lamps have images in.
+    pub mirrors: PlaneMirrors,
     /// Radiance of the environment beyond all surfaces, in the scene's own units, the same in every direction.
     pub sky: Bands,
     /// Radiance by direction, instead of `sky`.
@@ -74,9 +77,10 @@ impl Scene {
         let mut bvh = Bvh::build_with_cut_outs(&corners_m, &|triangle| mesh.cut_out_of(triangle).is_some());
         bvh.mark_culled(&|triangle| mesh.materials[index(mesh.material_of[index(triangle)])].culled);
         let (layout, lamps) = (Layout::of(&mesh), Lamps::of(&mesh, &bvh));
+        let mirrors = PlaneMirrors::of(&mesh, &layout);
         let (environment, flickering, viewpoints) = (None, Vec::new(), Vec::new());
         let (name, notes, moving) = (name.to_owned(), Vec::new(), Vec::new());
-        Ok(Self { name, mesh, bvh, layout, lamps, sky, environment, flickering, viewpoints, notes, moving })
+        Ok(Self { name, mesh, bvh, layout, lamps, mirrors, sky, environment, flickering, viewpoints, notes, moving })
     }
 
     /// Gives the scene a sky of this radiance (in its own light units) beyond all surfaces.

@@ -104,6 +104,13 @@ impl Gloss {
         let at_normal = base_colour.map(|band| DIELECTRIC_F0 + (band - DIELECTRIC_F0) * metallic);
         Some(Self { at_normal, alpha: roughness * roughness, metallic })
     }
+
+    /// Reflectance of a smooth surface, in each band, along a ray at a cosine to its normal (Schlick).
+    pub(super) fn reflectance(&self, cos: f32) -> Bands {
+        let grazing = 1.0 - cos.min(1.0);
+        let rise = grazing * grazing * grazing * grazing * grazing;
+        self.at_normal.map(|normal| normal + (1.0 - normal) * rise)
+    }
 }
 
 /// Surfaces rougher than this show no image of what they reflect.

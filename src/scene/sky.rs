@@ -136,8 +136,9 @@ fn horizontal_lux(texels: &[Bands]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::bake::aims::{Aims, aimed_light};
+    use super::super::bake::aims::Aims;
     use super::super::bake::rays::Place;
+    use super::super::bake::shadow_rays::aimed_light;
     use super::super::mesh::{Material, Mesh};
     use super::super::texture::Footprint;
     use super::super::{BakeSettings, Illuminant, LitScene, Scene};

@@ -4,8 +4,8 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, Once};
 
 use serde_json::Value;
 
@@ -97,7 +97,24 @@ pub fn sensel_in_cache<S: AsRef<str>>(arguments: &[S], cache: &str) -> Outcome {
 
 /// The program with these words, to be run in the repository's folder.
 pub fn sensel_command<S: AsRef<str>>(arguments: &[S]) -> Command {
-    command_in(arguments, concat!(env!("CARGO_TARGET_TMPDIR"), "/cache"))
+    static EMPTIED: Once = Once::new();
+    EMPTIED.call_once(empty_cache_of_other_builds);
+    command_in(arguments, CACHE)
+}
+
+const CACHE: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/cache");
+
+/// What another build stored would hide a change of its method under the same version.
+fn empty_cache_of_other_builds() {
+    let stamp = concat!(env!("CARGO_TARGET_TMPDIR"), "/cache_of_build.txt");
+    let built = format!("{:?}", std::fs::metadata(env!("CARGO_BIN_EXE_sensel")).unwrap().modified().unwrap());
+    if std::fs::read_to_string(stamp).is_ok_and(|of| of == built) {
+        return;
+    }
+    if Path::new(CACHE).exists() {
+        std::fs::remove_dir_all(CACHE).unwrap();
+    }
+    std::fs::write(stamp, built).unwrap();
 }
 
 fn command_in<S: AsRef<str>>(arguments: &[S], cache: &str) -> Command {

@@ -47,7 +47,10 @@ def world():
     parts = {"type": "scene"}
     for number, face in enumerate(scene["faces"]):
         shape = quad(number, face["corners_m"], face["uvs"])
-        if face["texture"] is None:
+        if face.get("is_mirror"):
+            colour = {"type": "rgb", "value": face["colour"]}
+            shape["bsdf"] = {"type": "conductor", "material": "none", "specular_reflectance": colour}
+        elif face["texture"] is None:
             shape["bsdf"] = {"type": "diffuse", "reflectance": {"type": "rgb", "value": face["colour"]}}
         else:
             width, height = face["texture_size"]

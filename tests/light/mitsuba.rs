@@ -70,6 +70,7 @@ fn export_faces(scene: &Scene, folder: &Path) -> Vec<serde_json::Value> {
             "uvs": vertices.map(|vertex| vertex.uv),
             "colour": &material.base_colour[..3],
             "two_sided": material.double_sided,
+            "is_mirror": material.metallic > 0.0,
             "radiance": &material.emission[..3],
             "texture": size.map(|_| name),
             "texture_size": size,
@@ -333,6 +334,32 @@ fn mitsuba_sees_the_floor_beside_open_two_sided_boxes_as_bright_as_it_is_here() 
     assert!((figure("full", "ratio_of_means") - 1.0).abs() < 0.01, "{found}");
     assert!(figure("full", "median_relative_error") < 0.03, "{found}");
     assert!(figure("full", "share_beyond_20_per_cent") < 0.003, "{found}");
+}
+
+/// A white floor beside a mirror of 1.8 by 1.6 m that hangs on a wall, turned a little, and a crate between them; a lamp of 1 m^2 above.
+fn mirror_room() -> Mesh {
+    let mut mesh = Mesh::default();
+    let one_sided = |name: &str, colour| Material { double_sided: false, ..Material::plain(name, colour) };
+    mesh.materials.push(one_sided("white", [0.8; 3]));
+    // All that it reflects: then Schlick's rise to 1 is the same in every model.
+    mesh.materials.push(Material { metallic: 1.0, roughness: 0.0, ..one_sided("mirror", [1.0; 3]) });
+    mesh.materials.push(Material { emission: [30.0; 4], ..one_sided("lamp", [0.0; 3]) });
+    cube([-2.0, 0.0, -2.0], [2.0, 2.5, 2.0], true).into_iter().for_each(|face| mesh.append_quad(0, face, [1.0; 2]));
+    cube([1.0, 0.0, -0.8], [1.3, 0.4, -0.5], false).into_iter().for_each(|face| mesh.append_quad(0, face, [1.0; 2]));
+    mesh.append_quad(1, [[1.9, 0.3, 0.9], [1.7, 0.3, -0.9], [1.7, 1.9, -0.9], [1.9, 1.9, 0.9]], [1.0; 2]);
+    mesh.append_quad(2, [[-1.0, 2.4, -0.5], [0.0, 2.4, -0.5], [0.0, 2.4, 0.5], [-1.0, 2.4, 0.5]], [1.0; 2]);
+    mesh
+}
+
+/// The floor where a lamp shines straight and over a mirror, and the wall that the mirror throws the lamp's light on.
+#[test]
+fn mitsuba_sees_what_a_lamp_lights_over_a_mirror() {
+    let pose = looking(DVec3::new(-1.6, 1.6, 1.6), 0.9, 0.6);
+    let found = judged_shadows("mirror", mirror_room(), pose, &serde_json::json!([]));
+    let figure = |name: &str, figure: &str| found[name][figure].as_f64().unwrap();
+    assert!((figure("full", "ratio_of_means") - 1.0).abs() < 0.01, "{found}");
+    assert!(figure("full", "median_relative_error") < 0.015, "{found}");
+    assert!(figure("full", "share_beyond_20_per_cent") < 0.001, "{found}");
 }
 
 /// A wavy normal map: codes of the normals of a height field, of slopes up to 0.5, whose waves are an eighth of the picture long.

@@ -1,18 +1,15 @@
-//! What samples aim at: points on lamps and bright directions; and the shadow rays towards them.
+//! What samples aim at: points on lamps and bright directions.
 
 use super::super::bulb::BulbPoint;
 use super::super::environment::DistantLight;
 use super::super::geometry::Scene;
 use super::super::lamps::LampPoint;
 use super::super::lanes::LANES;
-use super::super::light::{BANDS, luminance};
-use super::super::tracer::{Packet, Stack, blocked_through};
+use super::super::light::BANDS;
 use super::super::vectors::{dot, sub};
-use super::blockers::{Blocker, nearest};
-use super::fan::{ByGroup, GROUPS, Place, STEADY, fan, idle, set_ray};
+use super::fan::{ByGroup, GROUPS, Place, STEADY, fan};
 use super::settings::BakeSettings;
 use super::sources::{SOURCES_MAX, Source, SourceLight, sources};
-use crate::num::f32_nearest;
 
 /// Aimed rays end this share short of the lamp.
 pub(super) const AIM_SHARE: f32 = 0.999;
@@ -87,77 +84,18 @@ impl Aims {
     }
 }
 
-/// Rays towards sources that wait until a packet is full.
-struct ShadowRays<'a> {
-    scene: &'a Scene,
-    blockers: &'a [Blocker<'a>],
-    stack: Stack,
-    packet: Packet,
-    waiting: [Waiting; LANES],
-    lanes: usize,
-    /// Of both sides of each place.
-    light: Vec<[AimedLight; 2]>,
-}
-
-/// What a shadow ray adds, if nothing is in its way.
-#[derive(Clone, Copy)]
-struct Waiting {
-    place: usize,
-    side: usize,
-    group: usize,
-    sent: [f64; BANDS],
-    source: Option<usize>,
-}
-
-impl Waiting {
-    const NONE: Self = Self { place: 0, side: 0, group: 0, sent: [0.0; BANDS], source: None };
-}
-
-/// Light that comes straight from what a bake aims at.
+/// Light of what a bake aims at.
 #[derive(Clone, Copy, Debug)]
 pub struct AimedLight {
-    /// From all of it.
+    /// From all of it, straight and over plane mirrors.
     pub all: ByGroup<f64>,
-    /// From each of the strongest sources.
+    /// Straight from each of the strongest sources.
     pub by_source: [SourceLight; SOURCES_MAX],
 }
 
 impl AimedLight {
-    const NONE: Self = Self { all: [[0.0; BANDS]; GROUPS], by_source: [SourceLight::NONE; SOURCES_MAX] };
-}
-
-impl ShadowRays<'_> {
-    fn push(&mut self, place: usize, aimed: &Aimed, source: Option<usize>) {
-        if let Some(source) = source {
-            self.light[place][aimed.side].by_source[source].unoccluded += f32_nearest(luminance(aimed.sent));
-        }
-        if aimed.cone == 0.0 {
-            return;
-        }
-        set_ray(&mut self.packet, self.lanes, aimed.origin_m, aimed.direction, aimed.t_max);
-        let sent = aimed.sent.map(|band| band * f64::from(aimed.cone));
-        self.waiting[self.lanes] = Waiting { place, side: aimed.side, group: aimed.group, sent, source };
-        self.lanes += 1;
-        if self.lanes == LANES {
-            self.flush();
-        }
-    }
-
-    fn flush(&mut self) {
-        let shadowed = blocked_through(&self.scene.bvh, &self.scene.mesh, &self.packet, &mut self.stack);
-        let (nearest, t_max) = (nearest(self.blockers, &self.packet, &mut self.stack), self.packet.t_max);
-        for lane in (0..self.lanes).filter(|&lane| shadowed.0[lane] == 0 && nearest.0[lane] >= t_max.0[lane]) {
-            let Waiting { place, side, group, sent, source } = self.waiting[lane];
-            let light = &mut self.light[place][side];
-            for band in 0..BANDS {
-                light.all[group][band] += sent[band];
-            }
-            if let Some(source) = source {
-                light.by_source[source].received += f32_nearest(luminance(sent));
-            }
-        }
-        (self.packet, self.lanes) = (idle(), 0);
-    }
+    /// None.
+    pub const NONE: Self = Self { all: [[0.0; BANDS]; GROUPS], by_source: [SourceLight::NONE; SOURCES_MAX] };
 }
 
 /// A ray towards a source that is above the horizon of one side of a place.
@@ -169,8 +107,10 @@ pub struct Aimed {
     pub direction: [f32; 3],
     /// Where the source begins, in lengths of the direction.
     pub t_max: f32,
-    side: usize,
-    group: usize,
+    /// Side of the place.
+    pub side: usize,
+    /// Whether it flickers.
+    pub group: usize,
     /// Unoccluded light along it, whatever its cone.
     pub sent: [f64; BANDS],
     /// Share of it within the source's cone.
@@ -210,42 +150,6 @@ pub fn aimed(scene: &Scene, place: &Place, aims: &Aims, number: usize) -> Option
         let ray = Aimed { origin_m, direction, t_max: f32::MAX, side, group: STEADY, sent, cone: 1.0 };
         (side < sides).then_some(ray)
     }
-}
-
-/// Light that lamps and bright directions send straight to the first or to both sides of places, past moving objects.
-pub fn aimed_light(scene: &Scene, places: &[Place], aims: &Aims, blockers: &[Blocker]) -> Vec<[AimedLight; 2]> {
-    let (stack, waiting) = (Stack::new(), [Waiting::NONE; LANES]);
-    let light = vec![[AimedLight::NONE; 2]; places.len()];
-    let mut shadows = ShadowRays { scene, blockers, stack, packet: idle(), waiting, lanes: 0, light };
-    for number in 0..aims.count() {
-        let source = aims.sources.iter().position(|source| source.holds(number));
-        for (number_of_place, place) in places.iter().enumerate() {
-            if let Some(aimed) = aimed(scene, place, aims, number) {
-                shadows.push(number_of_place, &aimed, source);
-            }
-        }
-    }
-    if shadows.lanes > 0 {
-        shadows.flush();
-    }
-    shadows.light
-}
-
-/// Which of at most 16 aims a sample sees: a bit each.
-pub fn visible_aims(scene: &Scene, number: usize, aims: &Aims, stack: &mut Stack) -> u32 {
-    let place = Place::of(&scene.layout.samples[number]);
-    let (mut packet, mut above) = (idle(), 0_u32);
-    for number in 0..aims.count() {
-        if let Some(aimed) = aimed(scene, &place, aims, number) {
-            set_ray(&mut packet, number, aimed.origin_m, aimed.direction, aimed.t_max);
-            above |= 1 << number;
-        }
-    }
-    if above == 0 {
-        return 0;
-    }
-    let shadowed = blocked_through(&scene.bvh, &scene.mesh, &packet, stack);
-    (0..LANES).fold(above, |seen, lane| if shadowed.0[lane] != 0 { seen & !(1 << lane) } else { seen })
 }
 
 /// Form factor of a small disc of the area that a ray represents, cos cos A / sqrt((pi d^2)^2 + A^2). It never exceeds 1, so a lamp that

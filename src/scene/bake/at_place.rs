@@ -2,10 +2,11 @@
 
 use super::super::geometry::Scene;
 use super::super::light::{BANDS, Bands};
-use super::aims::{Aims, aimed_light};
+use super::aims::Aims;
 use super::blockers::Blocker;
 use super::rays::{ByGroup, GROUPS, Place, bounce_rays};
 use super::secondary::SecondarySources;
+use super::shadow_rays::aimed_light;
 use super::sources::{SOURCES_MAX, SourceLight};
 use crate::num::{f64_from_usize, index};
 

@@ -9,12 +9,13 @@ use super::super::light::{BANDS, Bands};
 use super::super::mesh::Material;
 use super::super::tracer::{MISS, Stack, closest_through};
 use super::super::vectors::{dot, unit};
-use super::aims::{AimedLight, Aims, aimed_light};
+use super::aims::{AimedLight, Aims};
 use super::batch::{self, Hit};
 use super::blockers::Blocker;
 use super::fan::FLICKERING;
 pub use super::fan::{ByGroup, GROUPS, LIFT_M, Place, STEADY, idle, set_ray};
 use super::secondary::SecondarySources;
+use super::shadow_rays::aimed_light;
 use super::sources::{SOURCES_MAX, SourceLight};
 use crate::num::{f32_nearest, f64_from_usize, index, low_u16, u32_from, u32_truncated_f32};
 
@@ -106,6 +107,8 @@ struct Path {
     origin_m: [f32; 3],
     direction: [f32; 3],
     weight: Bands,
+    /// Whether rays are aimed at what shines along it (`reflected`).
+    is_aimed: bool,
 }
 
 /// Cosine-weighted rays of both sides of neighbouring places along the directions of a fan: what they met, but for
@@ -143,10 +146,13 @@ pub fn bounce_rays(
                 bounced.seen[end.group][band] += glow;
                 bounced.squares[end.group][band] += glow * glow;
             }
-            let path = Path { origin_m: origins_m[number], direction: directions[ray], weight: [1.0; BANDS] };
+            let origin_m = origins_m[number];
+            let path = Path { origin_m, direction: directions[ray], weight: [1.0; BANDS], is_aimed: true };
             match (end.mirror, end.place) {
                 (Some(mirror), Some(place)) => {
-                    paths.extend(mirror.reflected(scene, &path, hits[ray].t, place, bounced));
+                    let reflected = mirror.reflected(scene, &path, hits[ray].t, place, bounced);
+                    let is_aimed = scene.mirrors.of_triangle(hits[ray].triangle).is_some();
+                    paths.extend(reflected.map(|path| Path { is_aimed, ..path }));
                 }
                 (None, Some(place)) if secondary.counts(place, hits[ray].t) => bounced.met.push(place),
                 (None, Some(_)) => {}
@@ -160,14 +166,14 @@ pub fn bounce_rays(
     all
 }
 
-/// Rays of a sample that must find the picture of lamps in mirrors before it counts: fewer would be specks of light, each some lamp
-/// that one ray in hundreds met. What small lamps throw over mirrors is missing from a bake, as is what the sun's disc does.
-const PICTURE_RAYS_MIN: usize = 16;
+/// Rays of a sample that must find the image of lamps in curved mirrors, or in several, before it counts: fewer would be specks of light,
+/// each some lamp that one ray in hundreds met.
+const IMAGE_RAYS_MIN: usize = 16;
 
-/// Follows rays over mirrors, where lamps shine as well because no ray is aimed over a mirror. (The sun's disc and what else is
+/// Follows rays over mirrors, where lamps shine as well unless rays are aimed at them over the mirror. (The sun's disc and what else is
 /// aimed at beyond all surfaces is not found this way: a few rays would carry all of it.)
 fn follow(scene: &Scene, mut paths: Vec<Path>, bounced: &mut Bounced, stack: &mut Stack) {
-    let mut pictures: ByGroup<f64> = ByGroup::default();
+    let mut images: ByGroup<f64> = ByGroup::default();
     let mut found = 0;
     for _ in 0..MIRRORS_MAX {
         let mut further = Vec::new();
@@ -179,9 +185,10 @@ fn follow(scene: &Scene, mut paths: Vec<Path>, bounced: &mut Bounced, stack: &mu
             let hits = closest_through(&scene.bvh, &scene.mesh, &packet, stack);
             for (lane, path) in group.iter().enumerate() {
                 let end = scene.end_of(&Hit::of(&hits, lane), path.direction);
-                found += usize::from(end.is_aimed && end.light.iter().any(|&band| band > 0.0));
-                let light = if end.is_aimed { &mut pictures } else { &mut bounced.seen };
-                for band in 0..BANDS {
+                let shines = end.light.iter().any(|&band| band > 0.0) && !(end.is_aimed && path.is_aimed);
+                found += usize::from(end.is_aimed && shines);
+                let light = if end.is_aimed { &mut images } else { &mut bounced.seen };
+                for band in (0..BANDS).filter(|_| shines) {
                     light[end.group][band] += f64::from(end.light[band] * path.weight[band]);
                 }
                 match (end.mirror, end.place) {
@@ -195,8 +202,8 @@ fn follow(scene: &Scene, mut paths: Vec<Path>, bounced: &mut Bounced, stack: &mu
         }
         paths = further;
     }
-    if found >= PICTURE_RAYS_MIN {
-        for (sum, light) in bounced.seen.iter_mut().flatten().zip(pictures.iter().flatten()) {
+    if found >= IMAGE_RAYS_MIN {
+        for (sum, light) in bounced.seen.iter_mut().flatten().zip(images.iter().flatten()) {
             *sum += light;
         }
     }
@@ -236,7 +243,7 @@ impl Mirror {
         let direction = unit([0, 1, 2].map(|axis| path.direction[axis] - along * self.normal[axis]))?;
         let origin_m =
             [0, 1, 2].map(|axis| path.origin_m[axis] + path.direction[axis] * t + self.normal[axis] * LIFT_M);
-        Some(Path { origin_m, direction, weight })
+        Some(Path { origin_m, direction, weight, is_aimed: false })
     }
 }
 
@@ -263,11 +270,9 @@ impl Scene {
                 nearest = (sample, weight);
             }
         }
-        let mirror = material.gloss().filter(|_| material.is_mirror()).map(|gloss| {
-            let grazing = 1.0 - facing.abs().min(1.0);
-            let rise = grazing * grazing * grazing * grazing * grazing;
-            let reflectance = gloss.at_normal.map(|normal| normal + (1.0 - normal) * rise);
-            Mirror { normal: if back { shade.normal.map(|x| -x) } else { shade.normal }, reflectance }
+        let mirror = material.gloss().filter(|_| material.is_mirror()).map(|gloss| Mirror {
+            normal: if back { shade.normal.map(|x| -x) } else { shade.normal },
+            reflectance: gloss.reflectance(facing.abs()),
         });
         let place = Some(u32_from(2 * nearest.0 + usize::from(back)));
         let (group, is_aimed) = (self.group_of(shade.material), self.lamps.are_aimed_at(shade.material));

@@ -12,13 +12,14 @@ use super::super::chance::in_chunks;
 use super::super::geometry::Scene;
 use super::super::light::{BANDS, Bands};
 use super::super::tracer::Stack;
-use super::aims::{Aims, visible_aims};
+use super::aims::Aims;
 use super::cells::{GridCell, Nodes};
 use super::clearance::{FlatBox, is_anything_near};
 use super::fan::GROUPS;
 use super::gathered::Gathered;
 use super::secondary::SecondarySources;
 use super::settings::BakeSettings;
+use super::shadow_rays::visible_aims;
 use super::traced::{CHUNKS_TOGETHER, Stencil, TracedSamples, interpolate};
 use crate::num::{f32_nearest, f64_from_usize, index, u32_from};
 

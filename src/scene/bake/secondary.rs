@@ -8,9 +8,10 @@ use super::super::lanes::LANES;
 use super::super::light::luminance;
 use super::super::tracer::{Stack, blocked_through};
 use super::super::vectors::{area_m2, dot, sub, weighted};
-use super::aims::{AIM_SHARE, Aims, aimed_light, disc_form_factor};
+use super::aims::{AIM_SHARE, Aims, disc_form_factor};
 use super::buried::cells;
 use super::fan::{LIFT_M, Place, idle, set_ray};
+use super::shadow_rays::aimed_light;
 use crate::num::{f32_from_u32, f32_nearest, f64_from_usize, index, u32_from};
 
 /// Least exitance of a secondary source, as a multiple of the mean over all surfaces. Random rays find duller ones often enough.

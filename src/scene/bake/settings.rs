@@ -5,7 +5,7 @@
 use super::super::geometry::Scene;
 
 /// Version of the method and of the stored form: part of the key, so a stale bake is never taken.
-pub const BAKE_VERSION: u32 = 16;
+pub const BAKE_VERSION: u32 = 17;
 
 /// How many rays a bake spends. Noise falls with the root of the count; time grows in proportion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

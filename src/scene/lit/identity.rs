@@ -41,6 +41,7 @@ impl LitScene {
             bvh: _,
             layout: _,
             lamps: _,
+            mirrors: _,
             sky: _,
             environment: _,
             flickering: _,
