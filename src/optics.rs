@@ -23,7 +23,7 @@ pub use expose::{ImagePath, expose, expose_by, expose_moving};
 pub use fixed::FixedPictures;
 pub use mosaic::Mosaic;
 pub use psf::Psf;
-pub use render::{Exposure, FixedPicture, Sampling, render, render_fixed, render_over};
+pub use render::{Exposure, Sampling, render, render_over};
 #[cfg(feature = "pictures")]
 pub use resample::resample;
 pub use roll_off::{RollOff, Shading};

@@ -12,7 +12,7 @@ use super::crosstalk::shared_out;
 use super::fixed::FixedPictures;
 use super::mosaic::{FILTER_BANDS, Mosaic};
 use super::psf::Psf;
-use super::render::{Exposure, Sampling, render, render_fixed, render_over};
+use super::render::{Exposure, Sampling, render, render_over};
 use crate::draw::DrawKey;
 use crate::error::{Error, within};
 use crate::num::{f32_nearest, f64_from_usize};
@@ -125,7 +125,7 @@ pub fn expose_moving(
 ) -> Exposure {
     let rendered = |camera: &Camera| {
         let of_fixed = Sampling { key: fixed, ..sampling };
-        let alone = || render_fixed(scene.fixed, camera, shutter, world_from_body, of_fixed);
+        let alone = || render(scene.fixed, camera, shutter, world_from_body, of_fixed);
         let picture = pictures.of(camera, shutter, &of_fixed, alone);
         Ok(render_over(&picture, scene, camera, shutter, world_from_body, sampling))
     };

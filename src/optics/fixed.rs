@@ -3,14 +3,14 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::camera::Camera;
-use super::render::{FixedPicture, Sampling};
+use super::render::{Exposure, Sampling};
 use crate::num::u64_from;
 use crate::units::Span;
 
 /// Pictures that are kept: cameras times exposures a frame times bands that are rendered one by one.
 const KEPT: usize = 64;
 
-type Kept = ([u8; 32], Arc<FixedPicture>);
+type Kept = ([u8; 32], Arc<Exposure>);
 
 /// Pictures of one scene under steady light.
 #[derive(Debug, Default)]
@@ -24,8 +24,8 @@ impl FixedPictures {
         camera: &Camera,
         shutter: &[Span],
         sampling: &Sampling,
-        render: impl Fn() -> FixedPicture,
-    ) -> Arc<FixedPicture> {
+        render: impl Fn() -> Exposure,
+    ) -> Arc<Exposure> {
         let key = key(camera, shutter, sampling);
         let known = |all: &[Kept]| all.iter().find(|(known, _)| *known == key).map(|(_, picture)| picture.clone());
         // A thread that panicked has left whole pictures.

@@ -28,10 +28,9 @@ mod tile;
 mod view;
 
 use super::camera::Camera;
-use crate::num::{index, u64_from};
+use crate::num::{f64_from_usize, greater, index, u64_from};
 use crate::plane::Plane;
 use crate::pose::Pose;
-use crate::scene::LitScene;
 use crate::scene::object::DynamicScene;
 use crate::units::Span;
 use allocation::{Estimate, INITIAL_SAMPLES, Stage};
@@ -63,34 +62,13 @@ pub fn render<'a>(
     assert!(shutter.len() == index(camera.size.height_px), "a render needs one span for each row");
     let scene = scene.into();
     let view = View::new(scene, camera, sampling);
-    rendered(&FrameRender::new(view, scene.objects, shutter, world_from_body, sampling), None).exposure
-}
-
-/// A picture of what stands, for `render_over`.
-#[derive(Clone, Debug)]
-pub struct FixedPicture {
-    /// The picture.
-    pub exposure: Exposure,
-    /// Marginal gain per ray down to which its pixels were sampled; infinite where the first batch met the target, or there was none.
-    least_gain: f32,
-}
-
-/// Renders one exposure of a scene in which nothing moves, for a camera that stands still.
-pub fn render_fixed(
-    scene: &LitScene,
-    camera: &Camera,
-    shutter: &[Span],
-    world_from_body: &(dyn Fn(f64) -> Pose + Sync),
-    sampling: Sampling,
-) -> FixedPicture {
-    let view = View::new(scene.into(), camera, sampling);
-    rendered(&FrameRender::new(view, &[], shutter, world_from_body, sampling), None)
+    rendered(&FrameRender::new(view, scene.objects, shutter, world_from_body, sampling))
 }
 
 /// Renders one exposure of a still camera under steady light over a picture of the fixed scene alone: only tiles in which an object may be
-/// seen are rendered, down to the same marginal gain per ray.
+/// seen are rendered, until the whole picture meets the target.
 pub fn render_over(
-    fixed: &FixedPicture,
+    fixed: &Exposure,
     scene: DynamicScene<'_>,
     camera: &Camera,
     shutter: &[Span],
@@ -99,12 +77,12 @@ pub fn render_over(
 ) -> Exposure {
     let view = View::new(scene, camera, sampling);
     let mut picture = FrameRender::new(view, scene.objects, shutter, world_from_body, sampling);
-    let FixedPicture { exposure: fixed, least_gain } = fixed;
     picture.kept = Some(Kept {
         tiles: among::tiles_in_view(&picture.objects, &view, &picture.timelines),
         photons: &fixed.photons,
+        variance_ratio: fixed.render_variance_ratio / sampling.electrons_per_photon,
     });
-    let mut exposure = rendered(&picture, Some(*least_gain)).exposure;
+    let mut exposure = rendered(&picture);
     let (mut anew, mut kept) = (0_u32, 0_u32);
     let pairs = exposure.photons.values_mut().iter_mut().zip(fixed.photons.values());
     for (at, (photons, of_fixed)) in pairs.enumerate() {
@@ -127,12 +105,8 @@ pub fn render_over(
     exposure
 }
 
-/// Renders a picture; with a tolerance, down to a marginal gain or else to the target.
-fn rendered(picture: &FrameRender, least_gain: Option<f32>) -> FixedPicture {
-    if picture.sampling.is_adaptive() {
-        return to_target(picture, least_gain);
-    }
-    FixedPicture { exposure: evenly(picture), least_gain: f32::INFINITY }
+fn rendered(picture: &FrameRender) -> Exposure {
+    if picture.sampling.is_adaptive() { to_target(picture) } else { evenly(picture) }
 }
 
 /// Renders with a given number of samples for each pixel.
@@ -167,27 +141,29 @@ fn stratified_by_pixel(picture: &FrameRender, samples: u32) -> Exposure {
     let mut refined: Vec<_> = (0..seen.len()).filter(|&at| picture.is_rendered(at)).map(begun).collect();
     picture.refine(&mut refined, &seen, &rule);
     let width = picture.width();
-    let mut estimates = allocation::first_estimates(&seen, width, 1, saturation_photons);
+    let mut estimates = allocation::first_estimates(&seen, width, 1, saturation_photons, |at| picture.is_rendered(at));
     refined.iter().for_each(|pixel_samples| estimates[pixel_samples.at] = pixel_samples.estimate(1));
     with_stated_error(picture, estimates, &seen, 1, &rule)
 }
 
-/// Renders with as few samples as bring the mean of variance over photons down to the tolerance, or down to a given marginal gain.
-fn to_target(picture: &FrameRender, given: Option<f32>) -> FixedPicture {
+/// Renders with as few samples as bring the mean of variance over photons down to the tolerance. What is kept counts by the error that it
+/// states.
+fn to_target(picture: &FrameRender) -> Exposure {
     let Sampling { samples_max, saturation_photons, .. } = picture.sampling;
     let target = picture.sampling.tolerance / picture.sampling.electrons_per_photon;
     let first_batch = FIRST_BATCH_SAMPLES[usize::from(picture.sampling.tolerance >= LOOSE)];
     let width = index(picture.view.camera.size.width_px);
     let seen = picture.first_batch(first_batch);
-    let mut estimates = allocation::first_estimates(&seen, width, first_batch, saturation_photons);
+    let mut estimates =
+        allocation::first_estimates(&seen, width, first_batch, saturation_photons, |at| picture.is_rendered(at));
+    let spare = spare(picture, target);
     let mut rule = StoppingRule { samples: samples_max, least_gain: None, saturation_photons, share: None };
     let mut refined: Vec<PixelSamples> = Vec::new();
     for _ in 0..PASSES_MAX {
         if samples_max < INITIAL_SAMPLES {
             break;
         }
-        let found = || allocation::least_gain(&estimates, target, saturation_photons);
-        let Some(least) = given.or_else(found) else { break };
+        let Some(least) = allocation::least_gain(&estimates, target, spare, saturation_photons) else { break };
         rule.least_gain = Some(least);
         for (at, estimate) in estimates.iter_mut().enumerate() {
             let is_first = estimate.stage != Stage::Refined;
@@ -208,31 +184,33 @@ fn to_target(picture: &FrameRender, given: Option<f32>) -> FixedPicture {
             break;
         }
     }
-    FixedPicture {
-        exposure: with_stated_error(picture, estimates, &seen, first_batch, &rule),
-        least_gain: rule.least_gain.unwrap_or(f32::INFINITY),
-    }
+    with_stated_error(picture, estimates, &seen, first_batch, &rule)
+}
+
+/// Variance over photons that kept pixels leave to the others, in all: what they have less than the target.
+fn spare(picture: &FrameRender, target: f64) -> f64 {
+    let Some(kept) = &picture.kept else { return 0.0 };
+    let counts = |&(at, &photons): &(usize, &f32)| {
+        !picture.is_rendered(at) && photons > 0.0 && photons < picture.sampling.saturation_photons
+    };
+    let count = kept.photons.values().iter().enumerate().filter(counts).count();
+    greater(target - kept.variance_ratio, 0.0) * f64_from_usize(count)
 }
 
 /// The picture, with the error that replicates of some pixels state.
 fn with_stated_error(
     picture: &FrameRender,
-    mut estimates: Vec<Estimate>,
+    estimates: Vec<Estimate>,
     seen: &[FirstBatch],
     first_batch: u32,
     rule: &StoppingRule,
 ) -> Exposure {
     let Sampling { saturation_photons, key, electrons_per_photon, .. } = picture.sampling;
     let width = index(picture.view.camera.size.width_px);
-    // What is dark does not count.
-    let kept = estimates.iter_mut().enumerate().filter(|(at, _)| !picture.is_rendered(*at));
-    kept.for_each(|(_, estimate)| estimate.photons = 0.0);
     let replicates = replicate::choose(&estimates, width, saturation_photons, key.with(REPLICATE_KEY));
     let (others, more) = picture.replicates(&replicates, &estimates, seen, first_batch, rule);
     let ratio = replicate::variance_ratio(&estimates, &replicates, &others, saturation_photons);
-    let is_rendered = |(at, _): &(usize, &Estimate)| picture.is_rendered(*at);
-    let first = estimates.iter().enumerate().filter(is_rendered);
-    let rays = first.map(|(_, estimate)| u64::from(estimate.samples)).sum::<u64>() + more;
+    let rays = estimates.iter().map(|estimate| u64::from(estimate.samples)).sum::<u64>() + more;
     let photons = plane(picture.view.camera, estimates.iter().map(|estimate| estimate.photons));
     Exposure { photons, render_variance_ratio: ratio * electrons_per_photon, rays }
 }

@@ -118,8 +118,14 @@ const MEAN_DIFFERENCE_WEIGHT: f32 = 0.5;
 
 /// Estimates variances after the first batch. Halves of two or four samples say little about one pixel and much about all of them: they
 /// calibrate how much variance a contrast to the neighbours leaves. A pixel whose halves agree by chance would claim to be exact, so only
-/// the halves of its neighbours count, its contrast, and the bound on what it missed.
-pub fn first_estimates(seen: &[FirstBatch], width: usize, samples: u32, saturation_photons: f32) -> Vec<Estimate> {
+/// the halves of its neighbours count, its contrast, and the bound on what it missed. Pixels that were not sampled are dark.
+pub fn first_estimates(
+    seen: &[FirstBatch],
+    width: usize,
+    samples: u32,
+    saturation_photons: f32,
+    is_sampled: impl Fn(usize) -> bool,
+) -> Vec<Estimate> {
     let one = |at: usize| {
         let (contrast, removed_variance) = contrast(seen, width, at);
         (contrast, removed_variance, missed_variance(seen, width, at))
@@ -127,15 +133,18 @@ pub fn first_estimates(seen: &[FirstBatch], width: usize, samples: u32, saturati
     let rows: Vec<Vec<_>> = collected(seen.len() / width, |row| (row * width..(row + 1) * width).map(one).collect());
     // Ratio of the remaining variance, estimated from halves, to the contrasts.
     let (mut remaining_sum, mut contrast_sum) = (0.0_f64, 0.0_f64);
-    for (pixel, (contrast, ..)) in seen.iter().zip(rows.iter().flatten()) {
-        if pixel.photons > 0.0 && pixel.photons < saturation_photons {
+    for (at, (pixel, (contrast, ..))) in seen.iter().zip(rows.iter().flatten()).enumerate() {
+        if pixel.photons > 0.0 && pixel.photons < saturation_photons && is_sampled(at) {
             remaining_sum += f64::from(LEFT_TYPICAL * pixel.removed_variance / pixel.photons);
             contrast_sum += f64::from(*contrast / pixel.photons);
         }
     }
     let per_contrast = if contrast_sum > 0.0 { f32_nearest(remaining_sum / contrast_sum) } else { 0.0 };
     let n = f32_from_u32(samples);
-    let of = |(pixel, &(contrast, removed_variance, missed)): (&FirstBatch, &(f32, f32, f32))| {
+    let of = |(at, (pixel, &(contrast, removed_variance, missed))): (usize, (&FirstBatch, &(f32, f32, f32)))| {
+        if !is_sampled(at) {
+            return Estimate { photons: 0.0, variance: 0.0, samples: 0, stage: Stage::First };
+        }
         let resolved = LEFT_TYPICAL * removed_variance + per_contrast * contrast;
         let mut variance = 0.5 * resolved + missed / (n * n * n);
         // Few samples of a pixel at the rim of a lamp are as likely to be all of the lamp as not, and so are most of them.
@@ -146,7 +155,7 @@ pub fn first_estimates(seen: &[FirstBatch], width: usize, samples: u32, saturati
         }
         Estimate { photons: pixel.photons, variance, samples, stage: Stage::First }
     };
-    seen.iter().zip(rows.iter().flatten()).map(of).collect()
+    seen.iter().zip(rows.iter().flatten()).enumerate().map(of).collect()
 }
 
 /// Steps of the table of gains: quarters of an octave.
@@ -172,8 +181,9 @@ fn fallen(times: f64) -> f64 {
     1.0 / (times * times.sqrt())
 }
 
-/// Marginal gain below which no pixel needs more samples for a mean of variance over photons of `target`; none where that is met.
-pub fn least_gain(estimates: &[Estimate], target: f64, saturation_photons: f32) -> Option<f32> {
+/// Marginal gain below which no pixel needs more samples for a mean of variance over photons of `target`; none where that is met. Pixels
+/// that are not among these leave `spare` to them.
+pub fn least_gain(estimates: &[Estimate], target: f64, spare: f64, saturation_photons: f32) -> Option<f32> {
     let mut steps = vec![Step::default(); STEPS];
     let (mut count, mut all) = (0, 0.0);
     for estimate in estimates.iter().filter(|estimate| estimate.may_count(saturation_photons)) {
@@ -190,7 +200,7 @@ pub fn least_gain(estimates: &[Estimate], target: f64, saturation_photons: f32) 
             }
         }
     }
-    let allowed = target * f64_from_usize(count);
+    let allowed = target * f64_from_usize(count) + spare;
     if all <= allowed {
         return None;
     }
@@ -244,7 +254,7 @@ mod tests {
                 refined(100.0, f32_nearest(libm::pow(10.0, 6.0 * share)))
             };
             let estimates: Vec<Estimate> = (0..5_000).map(of).collect();
-            let level = f64::from(least_gain(&estimates, target, f32::INFINITY).unwrap());
+            let level = f64::from(least_gain(&estimates, target, 0.0, f32::INFINITY).unwrap());
             let after = |estimate: &Estimate| {
                 let (ratio, gain) = (f64::from(estimate.ratio()), f64::from(estimate.marginal_gain()));
                 let times = if gain > level { libm::pow(gain / level, 1.0 / (1.0 + FALL)) } else { 1.0 };
@@ -257,7 +267,10 @@ mod tests {
         }
         assert_eq!(tried, 4);
         let known = [Estimate { photons: 10.0, variance: 1.0, samples: 4, stage: Stage::First }];
-        assert_eq!(least_gain(&known, 0.2, f32::INFINITY), None);
+        assert_eq!(least_gain(&known, 0.2, 0.0, f32::INFINITY), None);
+        // A tenth is too much for this pixel, and not with what others leave to it.
+        assert!(least_gain(&known, 0.05, 0.0, f32::INFINITY).is_some());
+        assert_eq!(least_gain(&known, 0.05, 0.06, f32::INFINITY), None);
     }
 
     #[test]
@@ -280,7 +293,7 @@ mod tests {
         // Three of four samples of 40,000: the mean's own sigma is 40,000 sqrt(3 / 64) = 8,660, three of which reach below 10,000.
         let mut seen = with_spread(40_000.0, 40_000.0 * 40_000.0 * 3.0 / 16.0);
         seen[4].photons = 30_000.0;
-        let estimates = first_estimates(&seen, 3, 4, 10_000.0);
+        let estimates = first_estimates(&seen, 3, 4, 10_000.0, |_| true);
         assert!(estimates[4].may_count(10_000.0), "{:?}", estimates[4]);
         assert!(!estimates[0].counts(10_000.0));
     }
@@ -288,11 +301,11 @@ mod tests {
     #[test]
     fn what_a_neighbour_s_samples_differ_by_may_be_hidden_here() {
         let spread = 48.0;
-        let estimates = first_estimates(&with_spread(100.0, spread), 3, 4, f32::INFINITY);
+        let estimates = first_estimates(&with_spread(100.0, spread), 3, 4, f32::INFINITY, |_| true);
         // A contrast of c^2 = 5 spreads over 6 times 4^3; on a neighbour lies what the halves left besides.
         let least = PER_SPREAD * spread / 6.0 / 64.0;
         assert!(estimates.iter().all(|estimate| estimate.variance >= least * 0.999), "{estimates:?}");
-        let without_spread = first_estimates(&with_spread(100.0, 0.0), 3, 4, f32::INFINITY);
+        let without_spread = first_estimates(&with_spread(100.0, 0.0), 3, 4, f32::INFINITY, |_| true);
         assert!(without_spread.iter().all(|estimate| estimate.variance == 0.0), "{without_spread:?}");
     }
 }

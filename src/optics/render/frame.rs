@@ -38,6 +38,8 @@ pub struct Kept<'a> {
     pub tiles: Vec<Vec<bool>>,
     /// Photons of the others.
     pub photons: &'a Plane<f32>,
+    /// Mean of their variance over photons.
+    pub variance_ratio: f64,
 }
 
 /// Rows of each group; those beyond the last repeat it.
