@@ -114,7 +114,7 @@ impl PlaneMirror {
         [0, 1, 2].map(|axis| direction[axis] - along * self.normal[axis])
     }
 
-    /// Whether a point of its plane may be one of its own.
+    /// Whether a point of the plane may be on the mirror.
     pub fn is_around(&self, at_m: [f32; 3]) -> bool {
         let [low, high] = self.bounds_m;
         (0..3).all(|axis| at_m[axis] > low[axis] - SLACK_M && at_m[axis] < high[axis] + SLACK_M)
