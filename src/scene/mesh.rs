@@ -113,6 +113,18 @@ impl Gloss {
     }
 }
 
+/// Metals up to this roughness are mirrors: alpha is 0.01, so half of the light that they reflect stays within 1.2 degrees (twice the
+/// slope of the facets), and that of a bathroom's mirror (roughness 0.03) within 0.1.
+const MIRROR_ROUGHNESS_MAX: f32 = 0.1;
+
+/// From this on the greater part of a surface is a metal.
+pub(super) const MIRROR_METALLIC_MIN: f32 = 0.5;
+
+/// Whether a reflection is taken as a perfect mirror's.
+pub(super) fn is_exact_mirror([roughness, metallic]: [f32; 2]) -> bool {
+    metallic >= MIRROR_METALLIC_MIN && roughness <= MIRROR_ROUGHNESS_MAX
+}
+
 /// Surfaces rougher than this show no image of what they reflect.
 pub const GLOSS_ROUGHNESS_MAX: f32 = 0.4;
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::mesh::{Material, Mesh};
+use super::mesh::{Material, Mesh, is_exact_mirror};
 use super::samples::Layout;
 use super::vectors::{area_m2, dot};
 use crate::num::{i64_half_even, index};
@@ -12,9 +12,6 @@ const MIRRORS_MAX: usize = 8;
 
 /// Smaller ones light too little.
 const AREA_MIN_M2: f64 = 0.02;
-
-/// GGX alpha up to which an image is taken for a sharp one: half of the light stays within 1.2 degrees.
-const ALPHA_MAX: f32 = 0.0101;
 
 /// Triangles are coplanar if their normals and distances from the origin agree to the nearest of these steps, to unit length and to the
 /// metre. Mirrors that rounding takes apart only take longer.
@@ -76,8 +73,7 @@ impl PlaneMirrors {
 }
 
 fn is_smooth_metal(material: &Material) -> bool {
-    let is_sharp = material.gloss().is_some_and(|gloss| gloss.alpha <= ALPHA_MAX);
-    is_sharp && material.is_mirror() && material.maps.roughness_metallic.is_none()
+    is_exact_mirror([material.roughness, material.metallic]) && material.maps.roughness_metallic.is_none()
 }
 
 impl PlaneMirror {
@@ -106,12 +102,6 @@ impl PlaneMirror {
     /// Distance of a place from the plane, below 0 behind it.
     pub fn height_m(&self, at_m: [f32; 3]) -> f32 {
         dot(self.normal, at_m) - self.offset_m
-    }
-
-    /// Image of a direction.
-    pub fn image(&self, direction: [f32; 3]) -> [f32; 3] {
-        let along = 2.0 * dot(direction, self.normal);
-        [0, 1, 2].map(|axis| direction[axis] - along * self.normal[axis])
     }
 
     /// Whether a point of the plane may be on the mirror.
@@ -154,7 +144,6 @@ mod tests {
         assert!(mirror.facing([1.5, 0.3, 0.2]).is_some() && mirror.facing([-1.5, 0.3, 0.2]).is_none());
         let two_sided = PlaneMirror { is_two_sided: true, ..mirror };
         assert_eq!(two_sided.facing([-1.5, 0.3, 0.2]).unwrap().normal, [-1.0, 0.0, 0.0]);
-        assert_eq!(mirror.image([-1.0, 0.5, 0.25]), [1.0, 0.5, 0.25]);
         assert!(mirror.is_around([0.0, 1.5, 2.0]) && !mirror.is_around([0.0, 2.6, 0.0]));
         let of: Vec<_> = (0..30).map(|triangle| scene.mirrors.of_triangle(triangle)).collect();
         assert!(of[..6].iter().all(|of| *of == Some(0)) && of[6..].iter().all(Option::is_none), "{of:?}");

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use super::light::{BANDS, Bands};
-use super::mesh::{ALBEDO_MAX, Material, Mesh, Vertex};
+use super::mesh::{ALBEDO_MAX, MIRROR_METALLIC_MIN, Material, Mesh, Vertex};
 use super::vectors::{area_m2, cross, dot, sub, unit, unit_normal, weighted};
 use crate::num::{f32_from_u32, f32_nearest, i32_truncated_f32, index, u32_from, u32_truncated_f32};
 
@@ -283,9 +283,6 @@ impl Material {
         self.gloss().is_some() && self.metallic >= MIRROR_METALLIC_MIN
     }
 }
-
-/// Least metallic factor of a mirror.
-const MIRROR_METALLIC_MIN: f32 = 0.5;
 
 #[cfg(test)]
 mod tests {

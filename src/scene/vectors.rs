@@ -14,6 +14,13 @@ pub fn sub(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
+/// A direction as a mirror of a unit normal reflects it.
+#[inline]
+pub fn mirrored(direction: [f32; 3], normal: [f32; 3]) -> [f32; 3] {
+    let along = 2.0 * dot(direction, normal);
+    [0, 1, 2].map(|axis| direction[axis] - along * normal[axis])
+}
+
 /// Mean of three values with these weights.
 #[inline(always)]
 pub fn weighted<const N: usize>([a, b, c]: [[f32; N]; 3], weights: [f32; 3]) -> [f32; N] {

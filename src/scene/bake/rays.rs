@@ -8,7 +8,7 @@ use super::super::lanes::LANES;
 use super::super::light::{BANDS, Bands};
 use super::super::mesh::Material;
 use super::super::tracer::{MISS, Stack, closest_through};
-use super::super::vectors::{dot, unit};
+use super::super::vectors::{dot, mirrored, unit};
 use super::aims::{AimedLight, Aims};
 use super::batch::{self, Hit};
 use super::blockers::Blocker;
@@ -239,8 +239,7 @@ impl Mirror {
             let diffuse = std::array::from_fn(|band| path.weight[band] - weight[band]);
             bounced.mirrored.push(Mirrored::new(place, diffuse));
         }
-        let along = 2.0 * dot(path.direction, self.normal);
-        let direction = unit([0, 1, 2].map(|axis| path.direction[axis] - along * self.normal[axis]))?;
+        let direction = unit(mirrored(path.direction, self.normal))?;
         let origin_m =
             [0, 1, 2].map(|axis| path.origin_m[axis] + path.direction[axis] * t + self.normal[axis] * LIFT_M);
         Some(Path { origin_m, direction, weight, is_aimed: false })

@@ -8,7 +8,7 @@ use super::super::lanes::LANES;
 use super::super::light::BANDS;
 use super::super::plane_mirrors::PlaneMirror;
 use super::super::tracer::{Packet, Stack, blocked_through, closest_through};
-use super::super::vectors::{dot, unit};
+use super::super::vectors::{dot, mirrored, unit};
 use super::aims::{Aimed, AimedLight, Aims, aimed};
 use super::blockers::{Blocker, nearest};
 use super::fan::{LIFT_M, Place, idle, set_ray};
@@ -47,7 +47,7 @@ pub fn add_reflected(
         let image = |(number, place): (usize, &Place)| {
             let plane = plane.facing(place.at_m)?;
             let at_m = along(place.at_m, -2.0 * plane.height_m(place.at_m), plane.normal);
-            Some((number, plane, Place { at_m, normal: plane.image(place.normal), sides: place.sides }))
+            Some((number, plane, Place { at_m, normal: mirrored(place.normal, plane.normal), sides: place.sides }))
         };
         let images: Vec<_> = places.iter().enumerate().filter_map(image).collect();
         let (stack, waiting) = (Stack::new(), Vec::with_capacity(LANES));
@@ -75,7 +75,8 @@ impl ReflectedRays<'_> {
         let (behind_m, rise) = (-plane.height_m(origin_m), dot(direction, plane.normal));
         let t = behind_m / rise;
         let at_m = along(origin_m, t, direction);
-        let to_mirror = unit(plane.image(direction)).filter(|_| rise > 0.0 && t < t_max && plane.is_around(at_m));
+        let to_mirror =
+            unit(mirrored(direction, plane.normal)).filter(|_| rise > 0.0 && t < t_max && plane.is_around(at_m));
         let Some(to_mirror) = to_mirror else { return };
         let lane = self.waiting.len();
         set_ray(&mut self.to_mirror, lane, along(origin_m, 2.0 * behind_m, plane.normal), to_mirror, f32::MAX);

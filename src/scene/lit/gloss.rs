@@ -7,9 +7,9 @@
 
 use super::super::chance::{frame, turned};
 use super::super::light::{BANDS, Bands};
-use super::super::mesh::{Gloss, Material, Mesh};
+use super::super::mesh::{Gloss, Material, Mesh, is_exact_mirror};
 use super::super::texture::Footprint;
-use super::super::vectors::{cross, dot, unit};
+use super::super::vectors::{cross, dot, mirrored, unit};
 use super::data::{ExitanceBounds, LitScene};
 use crate::num::{greater, index};
 
@@ -18,18 +18,6 @@ const ALPHA_MIN: f32 = 1e-3;
 
 /// Reflections that a ray follows.
 pub const BOUNCES_MAX: u32 = 4;
-
-/// Metals up to this roughness are mirrors: alpha is 0.01, so half of the light that they reflect stays within 1.2 degrees (twice the
-/// slope of the facets), and that of a bathroom's mirror (roughness 0.03) within 0.1.
-const MIRROR_ROUGHNESS_MAX: f32 = 0.1;
-
-/// From this on the greater part of a surface is a metal.
-const MIRROR_METALLIC_MIN: f32 = 0.5;
-
-/// Whether a reflection is taken as a perfect mirror's.
-fn is_exact_mirror([roughness, metallic]: [f32; 2]) -> bool {
-    metallic >= MIRROR_METALLIC_MIN && roughness <= MIRROR_ROUGHNESS_MAX
-}
 
 /// The most of a material's reflection that keeps an image anywhere, if any does.
 pub(super) fn glossiest(mesh: &Mesh, material: &Material) -> Option<Gloss> {
@@ -188,11 +176,6 @@ impl Facet {
 fn shadow(alpha: f32, cos: f32) -> f32 {
     let cos2 = if cos * cos > 1e-8 { cos * cos } else { 1e-8 };
     0.5 * ((1.0 + alpha * alpha * (1.0 - cos2).abs() / cos2).sqrt() - 1.0)
-}
-
-fn mirrored(direction: [f32; 3], normal: [f32; 3]) -> [f32; 3] {
-    let along = 2.0 * dot(direction, normal);
-    [0, 1, 2].map(|axis| direction[axis] - along * normal[axis])
 }
 
 #[cfg(test)]
