@@ -265,7 +265,8 @@ fn every_board_within_the_ranges_is_made() {
     }
     let unit =
         |number: u64| f64::from(u32::try_from(sensel::draw::mix(SEED ^ number) >> 32).unwrap()) / 4_294_967_296.0;
-    for case in 0..200 {
+    let cases = crate::common::cases(200, 40);
+    for case in 0..cases {
         let [distance_m, size_m] = [0, 1].map(|k| libm::pow(10.0, 7.0 * unit(4 * case + k) - 3.0).max(0.01));
         let square_m = size_m * (0.03 + 0.97 * unit(4 * case + 2));
         let place = [("target_distance_m", distance_m), ("target_size_m", size_m)];
@@ -275,7 +276,7 @@ fn every_board_within_the_ranges_is_made() {
         make("point_sources", &[&place[..], &[("target_square_m", square_m)]].concat());
         make("grey_wedge", &place);
     }
-    assert_eq!(made, 15 + 12 + 800);
+    assert_eq!(made, 15 + 12 + 4 * cases);
 }
 
 #[test]

@@ -404,7 +404,8 @@ fn a_run_carries_what_timing_knows() {
     ] {
         let folder = common::Scratch::new("carried");
         let out = folder.join("out");
-        let mut arguments = vec!["run", "box", "--frames", "1", "--json", "--out", &out];
+        let mut arguments =
+            vec!["run", "box", "--frames", "1", "--json", "--out", &out, "--set", "run.samples_per_pixel=1"];
         let sets: Vec<String> = assignments.iter().map(|key| format!("sensor.readout.{key}")).collect();
         sets.iter().for_each(|set| arguments.extend(["--set", set]));
         assert_eq!(size(&sensel(&arguments).json()), expected, "{assignments:?}");

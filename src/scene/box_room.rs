@@ -150,7 +150,7 @@ impl<const CELL: u32, const PART: i32> Corners<CELL, PART> {
     fn add_row(&self, y: u32, row: &mut [i32]) {
         let above = &self.draws[index(y / CELL) * self.across..];
         let below = &above[self.across..];
-        let [whole, fy] = [CELL, y % CELL].map(u32::cast_signed);
+        let (whole, fy) = (const { CELL.cast_signed() }, (y % CELL).cast_signed());
         let mut left = above[0] * (whole - fy) + below[0] * fy;
         for (cell, texels) in row.chunks_mut(index(CELL)).enumerate() {
             let right = above[cell + 1] * (whole - fy) + below[cell + 1] * fy;

@@ -11,7 +11,7 @@ use sensel::run::{NoClock, NoFiles, NoProgress, Session, Setup};
 use serde_json::Value;
 
 use super::sensel;
-use crate::common::takes_all_cases;
+use crate::common::cases;
 
 /// A scene without files or a bake, seen by the smallest array.
 const BASE: &str = "[scene]\ntarget = \"checkerboard\"\n[sensor]\nwidth = 16\nheight = 16\n[run]\nframes = 1\n";
@@ -178,8 +178,7 @@ fn the_ends_of_every_range_that_a_refusal_states_run() {
     keys.retain(|key, _| !ELSEWHERE.iter().any(|prefix| key.starts_with(prefix)));
     assert!(keys.len() > 120, "{}", keys.len());
     // A third of the keys each day, all of them each week.
-    let step = if takes_all_cases() { 1 } else { 3 };
-    for (key, is_whole) in keys.iter().step_by(step) {
+    for (key, is_whole) in keys.iter().step_by(cases(1, 3)) {
         for far in if *is_whole { ["-1", "9223372036854775807"] } else { ["-1e308", "1e308"] } {
             match follow(key, far, &[]) {
                 End::Ran => ran += 1,
@@ -209,7 +208,7 @@ fn two_values_at_the_ends_of_their_ranges_run_or_are_refused_with_what_runs() {
         (false, _) => "1e308",
     };
     let mut ran = 0;
-    let cases = if takes_all_cases() { 150_u64 } else { 50 };
+    let cases = cases(150_u64, 50);
     for case in 0..cases {
         let draw = |of: u64| mix(SEED ^ mix(case << 8 | of));
         let at = |of: u64| &keys[usize::try_from(draw(of) % u64::try_from(keys.len()).unwrap()).unwrap()];

@@ -20,6 +20,11 @@ pub fn takes_all_cases() -> bool {
     std::env::var_os("SENSEL_ALL_CASES").is_some()
 }
 
+/// All of a test's cases each week, and a part of them each day (CONTRIBUTING.md lists both).
+pub fn cases<T>(all: T, each_day: T) -> T {
+    if takes_all_cases() { all } else { each_day }
+}
+
 static COUNT: AtomicU32 = AtomicU32::new(0);
 
 impl Scratch {

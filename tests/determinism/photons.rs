@@ -8,7 +8,7 @@ use sensel::run::{NoFiles, NoProgress, Setup};
 use sensel::units::FrameIndex;
 
 const TEXT: &str = "[scene]\ntarget = \"checkerboard\"\ntarget_square_m = 0.1\nilluminance_lux = 2000.0\n\
-    [run]\nrender_tolerance = 0.02\n[sensor]\nwidth = 64\nheight = 48\noptical_black_rows = 2\n\
+    [run]\nrender_tolerance = 0.02\n[sensor]\nwidth = 32\nheight = 24\noptical_black_rows = 2\n\
     [sensor.pixel]\nrts_ppm = 10.0\n";
 
 /// Keys that are held where a sensor's own figures would stand in their place.

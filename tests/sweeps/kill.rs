@@ -7,11 +7,11 @@ use rand::RngExt;
 use sensel::draw::DrawKey;
 
 use super::{Place, ended, started};
-use crate::common::{names, takes_all_cases};
+use crate::common::{cases, names};
 
 /// Cells and kills: the full number with `SENSEL_ALL_CASES`, which takes minutes.
 fn size() -> (usize, usize) {
-    if takes_all_cases() { (500, 20) } else { (60, 6) }
+    cases((500, 20), (60, 6))
 }
 
 fn sweep(cells: usize) -> String {

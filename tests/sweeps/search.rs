@@ -7,6 +7,7 @@ use std::process::{Command, Stdio};
 
 use super::Place;
 use super::outside::judge;
+use crate::common::cases;
 
 /// Two figures over three keys of a small room.
 const SEARCH: &str = r#"
@@ -62,9 +63,9 @@ fn the_parts_of_a_search_keep_closed_forms() {
 
 #[test]
 fn a_search_finds_more_of_a_known_front_than_chance() {
-    let said = judge("search_front.py", &["tpe", "10"]);
+    let said = judge("search_front.py", &["tpe", cases("10", "4")]);
     println!("{said}");
-    // The mean over ten searches, and the lower end of its interval.
+    // The mean over the searches, and the lower end of its interval.
     assert!(said["ratio"].as_f64().unwrap() >= 1.2 && said["interval"][0].as_f64().unwrap() > 1.0, "{said}");
     let share = |kind: &str| said["share_of_front"][kind].as_f64().unwrap();
     assert!(share("random") > 0.0 && share("tpe") <= 1.0, "{said}");
@@ -72,7 +73,7 @@ fn a_search_finds_more_of_a_known_front_than_chance() {
 
 #[test]
 fn a_rung_is_used_only_if_it_ranks_designs_as_full_cells_do_and_the_gain_is_stated() {
-    let said = judge("search_rungs.py", &["6"]);
+    let said = judge("search_rungs.py", &[cases("6", "3")]);
     println!("{said}");
     let rho = |rung: &str| said[rung]["tracking.ate_m"].as_f64().unwrap();
     assert!(rho("short") >= 0.6 && rho("useless") < 0.6, "{said}");

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from scipy import stats
+# Not `scipy.stats`, which takes a second to load.
+from scipy import special
 
 from .choice import best, weights_of
 from .designs import Design, Summary, front, hypervolume, place, summary
@@ -61,15 +62,15 @@ def mean_of(values: list[float], runs: int) -> Mean:
     if len(values) < 2:
         return Mean(mean, None, len(values), runs - len(values))
     sd = math.sqrt(math.fsum((value - mean) ** 2 for value in values) / (len(values) - 1))
-    half = float(stats.t.ppf(0.5 + CONFIDENCE / 2, len(values) - 1)) * sd / math.sqrt(len(values))
+    half = float(special.stdtrit(len(values) - 1, 0.5 + CONFIDENCE / 2)) * sd / math.sqrt(len(values))
     return Mean(mean, (mean - half, mean + half), len(values), runs - len(values))
 
 
 def kept_of(met: int, runs: int, share: float | None) -> Kept:
     """Shown: the interval lies above the share. Kept so far: the observed share reaches it. Missed: it does not."""
     tail = (1.0 - CONFIDENCE) / 2
-    low = float(stats.beta.ppf(tail, met, runs - met + 1)) if met else 0.0
-    high = float(stats.beta.ppf(1.0 - tail, met + 1, runs - met)) if met < runs else 1.0
+    low = float(special.betaincinv(met, runs - met + 1, tail)) if met else 0.0
+    high = float(special.betaincinv(met + 1, runs - met, 1.0 - tail)) if met < runs else 1.0
     wanted = 1.0 if share is None else share
     verdict = "missed" if met < wanted * runs - 1e-9 else "shown" if share is not None and low >= share else "kept so far"
     return Kept(met, runs, (low, high), verdict)

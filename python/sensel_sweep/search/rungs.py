@@ -7,10 +7,8 @@ import json
 import math
 import sys
 from dataclasses import dataclass, replace
-from statistics import median
+from statistics import NormalDist, median
 from typing import TYPE_CHECKING
-
-from scipy import stats
 
 from .batch import Result, Run, write_whole
 from .designs import TRACKED, Design, Summary, Wanted, summary
@@ -121,6 +119,9 @@ def mean(wish: Wanted, figure: str, design: Design) -> float | None:
 
 def agreements(wish: Wanted, full: list[Design], on_rung: list[Design]) -> list[Agreement]:
     """By figure. A figure that is the same for all designs tells nothing and has no correlation."""
+    # Only searches with rungs need it, and it takes a second to load.
+    from scipy.stats import spearmanr
+
     found = []
     for figure in figures_of(wish):
         pairs = [(mean(wish, figure, low), mean(wish, figure, high)) for low, high in zip(on_rung, full)]
@@ -131,7 +132,7 @@ def agreements(wish: Wanted, full: list[Design], on_rung: list[Design]) -> list[
         if len(pairs) < DESIGNS_LEAST or len(set(lows)) < 2 or len(set(highs)) < 2:
             found.append(Agreement(figure, None, None, len(pairs), ratio))
             continue
-        rho = float(stats.spearmanr(lows, highs).statistic)
+        rho = float(spearmanr(lows, highs).statistic)
         found.append(Agreement(figure, rho, interval_of(rho, len(pairs)), len(pairs), ratio))
     return found
 
@@ -139,7 +140,7 @@ def agreements(wish: Wanted, full: list[Design], on_rung: list[Design]) -> list[
 def interval_of(rho: float, count: int) -> tuple[float, float]:
     """Of Spearman's correlation, by Fisher's z with the variance of Bonett and Wright (2000)."""
     z = math.atanh(max(min(rho, 1.0 - 1e-12), -1.0 + 1e-12))
-    half = float(stats.norm.ppf(0.5 + CONFIDENCE / 2)) * math.sqrt((1.0 + 0.5 * rho * rho) / (count - 3))
+    half = NormalDist().inv_cdf(0.5 + CONFIDENCE / 2) * math.sqrt((1.0 + 0.5 * rho * rho) / (count - 3))
     return math.tanh(z - half), math.tanh(z + half)
 
 
