@@ -199,8 +199,11 @@ impl Mesh {
     }
 
     /// Corners of a triangle in metres.
+    #[inline]
     pub fn corners_m(&self, triangle: usize) -> [[f32; 3]; 3] {
-        self.triangles[triangle].map(|corner| self.vertices[index(corner)].position_m)
+        let [a, b, c] = self.triangles[triangle];
+        let at_m = |corner: u32| self.vertices[index(corner)].position_m;
+        [at_m(a), at_m(b), at_m(c)]
     }
 
     /// Area in square metres of the triangles from one on.

@@ -18,7 +18,7 @@ pub fn sub(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
 #[inline]
 pub fn mirrored(direction: [f32; 3], normal: [f32; 3]) -> [f32; 3] {
     let along = 2.0 * dot(direction, normal);
-    [0, 1, 2].map(|axis| direction[axis] - along * normal[axis])
+    sub(direction, [along * normal[0], along * normal[1], along * normal[2]])
 }
 
 /// Mean of three values with these weights.
@@ -28,15 +28,18 @@ pub fn weighted<const N: usize>([a, b, c]: [[f32; N]; 3], weights: [f32; 3]) -> 
 }
 
 /// Vector product.
+#[inline]
 pub fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Unit vector along a vector, none for one that is zero or not finite.
-pub fn unit(a: [f32; 3]) -> Option<[f32; 3]> {
-    let wide = a.map(f64::from);
-    let length = (wide[0] * wide[0] + wide[1] * wide[1] + wide[2] * wide[2]).sqrt();
-    (length.is_finite() && length > 0.0).then(|| wide.map(|x| f32_nearest(x / length)))
+#[inline]
+pub fn unit([x, y, z]: [f32; 3]) -> Option<[f32; 3]> {
+    let (x, y, z) = (f64::from(x), f64::from(y), f64::from(z));
+    let length = (x * x + y * y + z * z).sqrt();
+    let is_known = length.is_finite() && length > 0.0;
+    is_known.then(|| [f32_nearest(x / length), f32_nearest(y / length), f32_nearest(z / length)])
 }
 
 /// Unit normal of a triangle, none without area.
