@@ -8,6 +8,8 @@ mod dependencies;
 mod formats;
 #[path = "tidy/glossary.rs"]
 mod glossary;
+#[path = "tidy/named.rs"]
+mod named;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -213,7 +213,7 @@ fn lens_spanning(size: Size, mapping: Mapping, fov_deg: f64) -> Result<Lens, Err
 
 /// A flat picture is whole; a fisheye's corners may lie outside its image circle, and stay black.
 fn check_corners(optics: &Optics, size: Size, lens: &Lens) -> Result<(), Error> {
-    if !matches!(lens.mapping, Mapping::Pinhole | Mapping::Radtan(_)) {
+    if !lens.mapping.is_flat() {
         return Ok(());
     }
     let (right, bottom) = (f64::from(size.width_px) - 0.5, f64::from(size.height_px) - 0.5);

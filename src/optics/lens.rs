@@ -72,6 +72,14 @@ pub struct Lens {
 }
 
 impl Mapping {
+    /// Whether it takes a plane to a picture without an image circle: a pinhole, with or without distortion. The others reach wide angles.
+    pub fn is_flat(&self) -> bool {
+        match self {
+            Self::Pinhole | Self::Radtan(_) => true,
+            Self::Kb4(_) | Self::DoubleSphere(_) | Self::Eucm(_) | Self::Table(_) => false,
+        }
+    }
+
     /// Where a point meets the plane, with its derivative; none outside the domain.
     fn project(&self, point: DVec3, scale: [f64; 2]) -> Option<Projected> {
         match self {

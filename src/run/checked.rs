@@ -1,7 +1,7 @@
 //! Refuses a scenario for the reasons of which a run knows before its first frame, without baking light.
 
 use super::assets::Assets;
-use super::exposure::ExposureControl;
+use super::exposure_control::ExposureControl;
 use super::motion::placed_motion;
 use super::sensor::SensorSetup;
 use super::setup::{Setup, calibrations, cameras, first_exposure_s, span_of_run};

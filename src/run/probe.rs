@@ -3,7 +3,7 @@
 
 use super::extractor::extract_one;
 use super::render_inputs::{ExposurePlace, RenderInputs};
-use super::rows::{merge_planes, row_times, spans};
+use super::row_times::{merge_planes, row_times, spans};
 use super::setup::Setup;
 use crate::compute::{Extractor, Feature};
 use crate::effects::chain::{Capture, Chain, Expected, RowSamples};

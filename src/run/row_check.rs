@@ -99,7 +99,7 @@ mod tests {
     use crate::config::Resolved;
     use crate::num::u64_from;
     use crate::run::probe::Place;
-    use crate::run::rows::row_times;
+    use crate::run::row_times::row_times;
     use crate::run::{NoClock, NoFiles, NoProgress, Session};
     use crate::units::{CameraIndex, FrameIndex};
 

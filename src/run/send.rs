@@ -2,7 +2,7 @@
 //! clock.
 
 use super::host::HostFrame;
-use super::on_link::rows_in;
+use super::link_timing::rows_in;
 use super::sensor::SensorSetup;
 use super::state::Session;
 use super::waterfall::PacketTime;

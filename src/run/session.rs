@@ -6,7 +6,7 @@ use super::extractor::extract_all;
 use super::host::Host;
 use super::imu::ImuReadings;
 use super::row_check::RowCheck;
-use super::rows::{merge_planes, row_times};
+use super::row_times::{merge_planes, row_times};
 use super::send::{frame_time_s, marks};
 use super::setup::Setup;
 use super::shared_exposure::{SharedExposure, StillExposures};

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use glam::DVec2;
 
 use super::assets::{Assets, NoFiles, NoProgress, PhotonStore, Progress};
-use super::exposure::ExposureControl;
+use super::exposure_control::ExposureControl;
 use super::facts::FactInputs;
 use super::imu_check::check_readings;
 use super::motion::placed_motion;

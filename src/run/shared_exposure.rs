@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::rows::slot_lengths_clk;
+use super::row_times::slot_lengths_clk;
 use crate::optics::Exposure;
 use crate::plane::Plane;
 use crate::readout::Schedule;

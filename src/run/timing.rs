@@ -4,7 +4,7 @@
 //! before it is on the link: with lanes a line memory stands between them, so a row's packet follows its conversion by one line
 //! more.
 
-use super::on_link::LinkTimes;
+use super::link_timing::LinkTimes;
 use super::sensor::SensorSetup;
 use crate::adc::AdcParams;
 use crate::error::Error;

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use crate::compute::Feature;
 use crate::num::{greater, index, u32_from};
-use crate::optics::lens::{Lens, Mapping, ProjectionJacobian};
+use crate::optics::lens::{Lens, ProjectionJacobian};
 use crate::pose::Pose;
 use crate::tracker::matching::Descriptor;
 use crate::tracker::sweep::{Moving, RowClock};
@@ -88,7 +88,7 @@ impl RigCamera {
     /// Refuses points behind the camera, and points so far aside that the distortion polynomial may fold them back. Models of wide lenses
     /// know their own domain, which may reach behind the camera's plane: for them only points at the camera itself are refused.
     fn may_see(&self, point_m: DVec3) -> bool {
-        if !matches!(self.calibration.lens.mapping, Mapping::Pinhole | Mapping::Radtan(_)) {
+        if !self.calibration.lens.mapping.is_flat() {
             return point_m.is_finite() && point_m.length_squared() >= DEPTH_M_MIN * DEPTH_M_MIN;
         }
         if !point_m.is_finite() || point_m.z < DEPTH_M_MIN {

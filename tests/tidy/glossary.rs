@@ -13,7 +13,7 @@ const RETIRED: [&str; 24] = [
 ];
 
 /// Names in code: comments and texts have none.
-fn identifiers(text: &str) -> BTreeSet<String> {
+pub(super) fn identifiers(text: &str) -> BTreeSet<String> {
     let is_name = |character: char| character.is_alphanumeric() || character == '_';
     code(text).split(|character| !is_name(character)).map(str::to_owned).collect()
 }
