@@ -51,7 +51,8 @@ impl RigCamera {
     /// A pinhole of VGA pictures at the body's place, with this principal point.
     #[cfg(test)]
     pub fn vga_pinhole([cx_px, cy_px]: [f64; 2]) -> Self {
-        let intrinsics = crate::optics::lens::Intrinsics { fx_px: 320.0, fy_px: 320.0, cx_px, cy_px };
+        use crate::optics::lens::{Intrinsics, Mapping};
+        let intrinsics = Intrinsics { fx_px: 320.0, fy_px: 320.0, cx_px, cy_px };
         let lens = Lens { intrinsics, mapping: Mapping::Pinhole };
         let size = Size { width_px: 640, height_px: 480 };
         Self::new(CameraCalibration { lens, size, body_from_camera: Pose::IDENTITY })
