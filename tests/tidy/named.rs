@@ -13,13 +13,14 @@ fn named(text: &str) -> Vec<(&str, &str)> {
     let pieces: Vec<&str> = text.split('`').collect();
     let mut file = None;
     for place in (1..pieces.len()).step_by(2) {
-        let (before, word) = (pieces[place - 1], pieces[place]);
-        if before.contains(')') || !before.starts_with(" (") && file.is_some_and(|(_, from)| place == from + 2) {
+        let word = pieces[place];
+        if pieces[place - 1].contains(')') {
             file = None;
         }
         if word.ends_with(".rs") {
-            file = Some((word, place));
-        } else if let Some((file, _)) = file {
+            // A list of names stands in the brackets behind it.
+            file = pieces.get(place + 1).filter(|after| after.starts_with(" (")).map(|_| word);
+        } else if let Some(file) = file {
             found.push((file, word));
         }
     }
