@@ -9,7 +9,6 @@
 
 pub mod analysis;
 mod bench;
-mod beyond;
 pub mod channel;
 mod defects;
 mod dither;
@@ -30,6 +29,7 @@ pub mod set;
 mod shoot;
 mod spatial;
 mod uncertainty;
+mod unmodelled;
 pub mod truth;
 
 pub use analysis::{Figures, figures};

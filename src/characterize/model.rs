@@ -3,7 +3,7 @@
 //!
 //! Charge is taken as normal about its mean with a Poisson's variance, which is enough for two moments; patterns are averaged over by
 //! quadrature. Where reset and signal are converted separately, each has its own noise and its own quantiser on the ramp, and an offset of
-//! the column that both carry moves both. Effects that are not modelled here are listed in `beyond` with the figures that they change.
+//! the column that both carry moves both. Effects that are not modelled here are listed in `unmodelled` with the figures that they change.
 
 use super::analysis::{NoiseShape, Summary};
 use super::dither::{Dither, pattern_variance, variance_amplitude_dn2};

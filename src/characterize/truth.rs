@@ -7,11 +7,11 @@
 use serde::Serialize;
 
 use super::analysis::{DARK_VARIANCE_MIN_DN2, Figures, Summary, figures};
-use super::beyond::beyond;
 use super::measure::PhotonTransfer;
 use super::model::{EmvaModel, Expectation};
 use super::set::Set;
 use super::uncertainty::{deviation_errors, standard_errors};
+use super::unmodelled::unmodelled;
 use crate::num::{greater, lesser, u64_half_even};
 use crate::report::Ordered;
 use crate::run::SensorSetup;
@@ -80,9 +80,9 @@ pub fn truth(sensor: &SensorSetup, set: &Set) -> ChannelTruth {
     let saturation = SaturationRange::of(&expectation);
     let hidden = hidden_pattern(&model, summary);
     let configured = configured(&model, set);
-    let beyond = beyond(&sensor.parameters);
+    let unmodelled = unmodelled(&sensor.parameters);
     for (name, &value) in expected.iter() {
-        if let Some(reason) = beyond.iter().find(|beyond| beyond.touched.has(name)) {
+        if let Some(reason) = unmodelled.iter().find(|one| one.affected.has(name)) {
             truth.not_expected.insert(name, format!("{}: {}", reason.name, reason.reason));
             continue;
         }

@@ -5,12 +5,12 @@
 //! open frame or starts one after it; a real receiver has the lane's own start of transmission for that.
 
 mod decoded;
+mod decoder;
 mod frame;
-mod host;
 mod stream;
 
 pub use decoded::{Decoded, LinkCounts, Received};
-use host::HostDecoder;
+use decoder::HostDecoder;
 pub use stream::Decoder;
 
 /// Decodes packets that stand back to back. Any bytes are taken: damage is counted, never a panic.

@@ -2,15 +2,15 @@
 //! is no lag charge from the frame before, and automatic exposure stays at its initial value.
 
 use super::extractor::extract_one;
-use super::render_inputs::{ExposurePlace, RenderInputs};
-use super::row_times::{merge_planes, row_times, spans};
+use super::render_inputs::ExposurePlace;
+use super::row_times::{merge_planes, row_times};
 use super::setup::Setup;
 use crate::compute::{Extractor, Feature};
 use crate::effects::chain::{Capture, Chain, Expected, RowSamples};
 use crate::error::Error;
 use crate::events::Events;
 use crate::num::u32_from;
-use crate::optics::{Camera, Exposure};
+use crate::optics::Exposure;
 use crate::plane::Plane;
 use crate::readout::Schedule;
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
@@ -36,51 +36,6 @@ impl Setup {
     /// What a camera sees in a frame, one exposure a slot. Fails on a picture that cannot be read any more.
     pub fn exposures_at(&self, place: Place) -> Result<Vec<Exposure>, Error> {
         self.exposures_of(place.frame, place.camera, &self.schedule_at(place))
-    }
-
-    pub(super) fn exposures_of(
-        &self,
-        frame: FrameIndex,
-        camera: usize,
-        schedule: &Schedule,
-    ) -> Result<Vec<Exposure>, Error> {
-        (0..schedule.slots().len())
-            .map(|slot| {
-                let place = ExposurePlace { camera, frame, slot };
-                self.exposure_of(place, &self.windows[camera], schedule)
-            })
-            .collect()
-    }
-
-    /// The same of one slot, by a camera of that place.
-    pub(super) fn exposure_of(
-        &self,
-        place: ExposurePlace,
-        camera: &Camera,
-        schedule: &Schedule,
-    ) -> Result<Exposure, Error> {
-        let settings = self.fidelity.render;
-        let render = |inputs: &RenderInputs<'_>| inputs.expose_with(self.photon_store.as_ref());
-        let mut exposure = self.with_inputs(place, camera, schedule, render)?;
-        // Photon noise is that of the sensor's own electrons, whatever the tolerance counted with.
-        let (own, counted) = (self.sensor.electrons_per_photon(), settings.quantum_efficiency);
-        if own.to_bits() != counted.to_bits() && counted > 0.0 {
-            exposure.render_variance_ratio *= own / counted;
-        }
-        Ok(exposure)
-    }
-
-    /// Calls `ask` with all that reaches the photons of one slot.
-    fn with_inputs<T>(
-        &self,
-        place: ExposurePlace,
-        camera: &Camera,
-        schedule: &Schedule,
-        ask: impl FnOnce(&RenderInputs<'_>) -> T,
-    ) -> T {
-        let rows = spans(schedule, |row| schedule.row_exposure_clk(place.frame, place.slot, row));
-        let (world, motion, settings) = (&self.world, &self.motion, self.fidelity.render);
-        ask(&RenderInputs { world, camera, motion, rows: &rows, place, settings })
     }
 
     /// Keys in a photon store of what a camera sees in a frame, one a slot; none where its photons are not stored.

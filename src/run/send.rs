@@ -1,7 +1,5 @@
-//! Transfers a frame's codes and features over the link to the host. The host uses only the received bytes, the configuration and its own
-//! clock.
+//! Packs a frame's codes and features, and sends them over the link.
 
-use super::host::HostFrame;
 use super::link_timing::rows_in;
 use super::sensor::SensorSetup;
 use super::state::Session;
@@ -140,22 +138,6 @@ impl Session {
             arrived.push((bytes, sensor.packet_times(&flow, schedule, frame)));
         }
         Ok(arrived)
-    }
-
-    /// The host's side of the link: from bytes to what the tracker may know. Fails on a picture that the host's own extractor refuses.
-    pub(super) fn receive(&mut self, packets: &[Vec<u8>]) -> Result<HostFrame, Error> {
-        let mut received = Vec::with_capacity(packets.len());
-        // If features arrive, the pictures beside them are not decoded.
-        let features_come = self.setup.sensor.link.mode.sends_features();
-        for bytes in packets {
-            let decoded = if features_come { link::decode_without_pictures(bytes) } else { link::decode(bytes) };
-            self.totals.link.counts.merge(&decoded.counts);
-            let mut frames = decoded.frames;
-            let best = frames.iter().position(|frame| frame.metadata.is_some()).unwrap_or(0);
-            received.push((best < frames.len()).then(|| frames.swap_remove(best)));
-        }
-        let number = u64::from(self.next_frame().0);
-        self.host.receive(&self.setup.sensor, &mut self.extractors, (number, received))
     }
 }
 

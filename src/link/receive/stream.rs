@@ -5,8 +5,8 @@
 //! frame that has not ended is read again then.
 
 use super::decoded::{Decoded, LinkCounts, Received};
+use super::decoder::HostDecoder;
 use super::frame::Open;
-use super::host::HostDecoder;
 use crate::link::packet::{CRC_BYTES, HEADER_BYTES};
 
 /// Bytes that decide what is at a place: a line start, and the longest packet behind it.

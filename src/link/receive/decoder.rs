@@ -1,4 +1,4 @@
-//! The host's picture of the link: frames that are open, and what was decoded.
+//! Decodes packets of one link: frames that are open, and what was decoded.
 
 use super::super::checks::{HeaderCheck, check_header, crc16};
 use super::super::packet::{CRC_BYTES, DataType, HEADER_BYTES};

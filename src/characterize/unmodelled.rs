@@ -5,13 +5,13 @@ use crate::effects::{self, Parameters};
 
 /// Figures that an effect or setting changes.
 #[derive(Clone, Copy, Debug)]
-pub enum Touched {
+pub enum AffectedFigures {
     All,
     /// Those whose names begin so.
     Named(&'static [&'static str]),
 }
 
-impl Touched {
+impl AffectedFigures {
     /// Whether a figure is among them. A name that ends in a full stop means that figure alone.
     pub fn has(self, name: &str) -> bool {
         let is = |start: &&str| start.strip_suffix('.').map_or(name.starts_with(start), |whole| name == whole);
@@ -23,54 +23,58 @@ impl Touched {
 }
 
 /// Saturation and what is made from it.
-const SATURATION: Touched = Touched::Named(&["u_e_sat", "u_p_sat", "SNR_max", "DR_dB", "LE_"]);
+const SATURATION: AffectedFigures = AffectedFigures::Named(&["u_e_sat", "u_p_sat", "SNR_max", "DR_dB", "LE_"]);
 
 /// What is measured with light, in units of light, and patterns of the response.
-const LIGHT: Touched = Touched::Named(&["R.", "QE", "u_p_", "u_e_sat", "SNR_max", "DR_dB", "PRNU"]);
+const LIGHT: AffectedFigures = AffectedFigures::Named(&["R.", "QE", "u_p_", "u_e_sat", "SNR_max", "DR_dB", "PRNU"]);
 
 /// Effects without a part in the model.
-const EFFECTS: [(&str, Touched, &str); 9] = [
+const EFFECTS: [(&str, AffectedFigures, &str); 9] = [
     ("dead_pixels", LIGHT, "dead pixels are as many as the die has: the configuration gives their chance only"),
     (
         "hot_pixels",
-        Touched::Named(&["u_I_", "DSNU", "PRNU", "x_k3_ratio", "LE_", "sigma_", "u_e_min", "u_p_min", "DR_dB"]),
+        AffectedFigures::Named(&["u_I_", "DSNU", "PRNU", "x_k3_ratio", "LE_", "sigma_", "u_e_min", "u_p_min", "DR_dB"]),
         "a few hot pixels hold more of the pattern and of the dark charge than all others: the configuration gives their chance only",
     ),
     ("blooming", SATURATION, "near saturation charge comes and goes between neighbours"),
-    ("image_lag", Touched::All, "frames are shot on their own: charge that a frame before would leave is not there"),
+    (
+        "image_lag",
+        AffectedFigures::All,
+        "frames are shot on their own: charge that a frame before would leave is not there",
+    ),
     (
         "die_gain",
-        Touched::Named(&["K", "R.", "sigma_", "u_e_", "u_p_", "SNR_max", "DR_dB", "DSNU", "LE_", "x_k3_ratio"]),
+        AffectedFigures::Named(&["K", "R.", "sigma_", "u_e_", "u_p_", "SNR_max", "DR_dB", "DSNU", "LE_", "x_k3_ratio"]),
         "the die's own gain is a draw: the configuration gives its spread only",
     ),
     (
         "rts_noise",
-        Touched::Named(&["sigma_", "u_e_min", "u_p_min", "DR_dB", "DSNU", "PRNU", "x_k3_ratio", "u_I_var"]),
+        AffectedFigures::Named(&["sigma_", "u_e_min", "u_p_min", "DR_dB", "DSNU", "PRNU", "x_k3_ratio", "u_I_var"]),
         "a few pixels with traps hold more of the noise than all others: the configuration gives their chance only",
     ),
-    ("column_settling", Touched::All, "what a column has not settled bends the response"),
+    ("column_settling", AffectedFigures::All, "what a column has not settled bends the response"),
     (
         "stuck_pixels",
-        Touched::Named(&["R.", "QE", "sigma_", "u_", "SNR_max", "DR_dB", "DSNU", "PRNU"]),
+        AffectedFigures::Named(&["R.", "QE", "sigma_", "u_", "SNR_max", "DR_dB", "DSNU", "PRNU"]),
         "stuck pixels lie a whole range off: a few of them hold all of the pattern",
     ),
-    ("supply_ripple", Touched::All, "ripple bands rows by the time of their readout"),
+    ("supply_ripple", AffectedFigures::All, "ripple bands rows by the time of their readout"),
 ];
 
 /// Effects that the model covers except for the die's draw, which moves these figures.
-const DIE_OFFSET: (&str, Touched, &str) =
+const DIE_OFFSET: (&str, AffectedFigures, &str) =
     ("die_offset", SATURATION, "the die's own black level is a draw, and moves the code at which the converter ends");
 
 /// One reason why figures are not expected.
-pub struct Beyond {
+pub struct Unmodelled {
     /// Effect, or key of the setting.
     pub name: &'static str,
-    pub touched: Touched,
+    pub affected: AffectedFigures,
     pub reason: &'static str,
 }
 
 /// Everything about these parameters that the model does not know.
-pub fn beyond(parameters: &Parameters) -> Vec<Beyond> {
+pub fn unmodelled(parameters: &Parameters) -> Vec<Unmodelled> {
     let (pixel, adc) = (&parameters.pixel, &parameters.adc);
     let built = effects::build_all(parameters);
     let acts = |name: &str| built.iter().any(|effect| effect.name() == name);
@@ -79,51 +83,51 @@ pub fn beyond(parameters: &Parameters) -> Vec<Beyond> {
         (
             !adc.has_equal_steps(),
             "sensor.adc.ramp",
-            Touched::All,
+            AffectedFigures::All,
             "steps of the ramp differ: DNL and INL say by how much",
         ),
         (
             adc.comparator_delay_clk > 0 || adc.comparator_delay_sigma_clk > 0.0 || adc.kickback_uv != 0.0,
             "sensor.adc.comparator",
-            Touched::All,
+            AffectedFigures::All,
             "late comparators and kickback move codes by whole counts",
         ),
         (
             acts("ramp_noise") && adc.columns_per_adc > 1,
             "sensor.adc.columns_per_adc",
-            Touched::All,
+            AffectedFigures::All,
             "every so many columns share a draw of the ramp's noise",
         ),
         (
             shared,
             "sensor.adc.row_noise_uv",
-            Touched::Named(&["x_k3_ratio"]),
+            AffectedFigures::Named(&["x_k3_ratio"]),
             "noise that lines share has as few draws as lines, too few for a third cumulant",
         ),
         (
             acts("gain_compression") || acts("storage_leakage") || acts("parasitic_light"),
             "sensor.pixel",
-            Touched::Named(&["PRNU1288_row"]),
+            AffectedFigures::Named(&["PRNU1288_row"]),
             "what rows lose or gather while they wait is a slope over the frame, not a spread of independent rows",
         ),
         (
             pixel.dcnu > 0.0,
             "sensor.pixel.dcnu",
-            Touched::Named(&["DSNU1288.", "DSNU1288_pixel", "u_I_", "PRNU", "x_k3_ratio"]),
+            AffectedFigures::Named(&["DSNU1288.", "DSNU1288_pixel", "u_I_", "PRNU", "x_k3_ratio"]),
             "dark current over pixels has a long tail: its few brightest hold the spread",
         ),
         (
             pixel.die_dark_sigma > 0.0,
             "sensor.die_dark_sigma",
-            Touched::Named(&["u_I_", "DSNU"]),
+            AffectedFigures::Named(&["u_I_", "DSNU"]),
             "the die's own dark current is a draw: the configuration gives its spread only",
         ),
     ];
     let of_effects = EFFECTS.iter().chain([&DIE_OFFSET]).filter(|(name, ..)| acts(name));
     let of_settings = settings.into_iter().filter(|(is_so, ..)| *is_so);
     of_effects
-        .map(|&(name, touched, reason)| Beyond { name, touched, reason })
-        .chain(of_settings.map(|(_, name, touched, reason)| Beyond { name, touched, reason }))
+        .map(|&(name, affected, reason)| Unmodelled { name, affected, reason })
+        .chain(of_settings.map(|(_, name, affected, reason)| Unmodelled { name, affected, reason }))
         .collect()
 }
 
@@ -159,7 +163,7 @@ mod tests {
         let left_out: Vec<&str> = EFFECTS.iter().chain([&DIE_OFFSET]).map(|effect| effect.0).collect();
         for name in effects::names() {
             let places = usize::from(MODELLED.contains(&name)) + usize::from(left_out.contains(&name));
-            assert_eq!(places, 1, "the truth of `characterize` models {name}, or says which figures it touches");
+            assert_eq!(places, 1, "the truth of `characterize` models {name}, or says which figures it affects");
         }
         assert_eq!(MODELLED.len() + left_out.len(), effects::names().len());
     }
