@@ -1,4 +1,7 @@
-// Counts what holds, and prints what does not.
+// Counts what holds, and prints what does not. `--times` runs the parts that are held to times, beside which nothing else may run;
+// `--functions` the others; other words those parts whose sentence has them.
+const asked = process.argv[2] ?? "";
+
 export class Checks {
   passed = 0;
   failed = 0;
@@ -12,14 +15,17 @@ export class Checks {
     console.log(`does not hold: ${sentence}`, ...seen);
   }
 
-  /** Runs a part, where no words of other parts are asked for; what it throws is one that does not hold. */
-  async part(sentence, run) {
-    if (process.argv[2] && !sentence.includes(process.argv[2])) return;
+  /** Runs a part if it is asked for; what it throws is one that does not hold. */
+  async part(sentence, run, { timed = false } = {}) {
+    const isAsked = asked.startsWith("--") ? asked === (timed ? "--times" : "--functions") : sentence.includes(asked);
+    if (!isAsked) return;
+    const started = performance.now();
     try {
       await run();
     } catch (error) {
       this.that(sentence, false, error.stack ?? error);
     }
+    console.log(`${sentence}: ${((performance.now() - started) / 1000).toFixed(0)} s`);
   }
 
   end() {

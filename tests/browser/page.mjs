@@ -99,7 +99,7 @@ await checks.part("the page loads and plays", async () => {
   console.log(`cancel: ${times_ms.map((time_ms) => time_ms.toFixed(0)).join(", ")} ms`);
   checks.that("cancel ends the run within 100 ms", Math.min(...times_ms) < 100, times_ms);
   await context.close();
-});
+}, { timed: true });
 
 await checks.part("the first picture comes within a second", async () => {
   // From the beginning of the navigation until the frame is on the canvas: transfer, compilation, the room and its light, the sensor.
@@ -120,7 +120,7 @@ await checks.part("the first picture comes within a second", async () => {
   }
   checks.that("every load shows its first picture", rounds_ms.every((round_ms) => round_ms > 0), rounds_ms);
   if (isWeekly) checks.that("the median of seven loads is under a second", Math.min(...rounds_ms) < 1000, rounds_ms);
-});
+}, { timed: true });
 
 // The processor time of each task of the main thread, and of page and worker until the first picture, over a walk through all panels.
 async function traced() {
@@ -189,7 +189,7 @@ await checks.part("nothing blocks the main thread", async () => {
   checks.that("the first picture takes processor time within its bound", best.jobs > 0 && best.jobs < FIRST_PICTURE_JOBS, best.jobs);
   checks.that("the trace has the page's tasks", best.tasks_ms.length > 1000, best.tasks_ms.length);
   checks.that("no task takes 50 ms", longest_ms(best) < 50, longest_ms(best));
-});
+}, { timed: true });
 
 await checks.part("a VGA sensor runs at fifteen frames a second", async () => {
   const { page, context } = await open(browser, `${server.address}#size=640`);
@@ -203,7 +203,7 @@ await checks.part("a VGA sensor runs at fifteen frames a second", async () => {
   console.log(`sensor stage of VGA: ${frames_ms.map((frame_ms) => frame_ms.toFixed(0)).join(", ")} ms`);
   checks.that("its sensor stage takes less than a fifteenth of a second", Math.min(...frames_ms) < 1000 / 15, frames_ms);
   await context.close();
-});
+}, { timed: true });
 
 await checks.part("playing on takes no more memory", async () => {
   // Every week ten minutes of the page as it is; else a minute of short runs, since a run begins again after its last frame.
@@ -233,7 +233,7 @@ await checks.part("playing on takes no more memory", async () => {
   // A frame that is kept has 115 kB or more of pixels and codes: the second half's would be 23 MB or more.
   checks.that("the page's memory does not grow", most(late, "page") < most(early, "page") + 1_000_000, seen);
   await context.close();
-});
+}, { timed: true });
 
 await checks.part("every control works by keyboard, and the address keeps it", async () => {
   const { page, context } = await open(browser, `${server.address}#size=160&motion=spin`);
