@@ -10,9 +10,10 @@ from pathlib import Path
 
 import numpy
 from optuna._hypervolume import compute_hypervolume
-from sensel_sweep.search import beside, file, propose, rungs
+from scipy import special
+from sensel_sweep.search import file, propose, rungs, sureness
 from sensel_sweep.search.batch import Result, Run
-from sensel_sweep.search.designs import Design, Wanted, excess_of, front, hypervolume, summary
+from sensel_sweep.search.designs import Design, Wanted, excess_of, front, hypervolume, scatter_of, summary
 from sensel_sweep.search.file import Objective, constraint
 from sensel_sweep.search.outcome import Mean, kept_of, mean_of
 from sensel_sweep.search.racing import near_front, residual_sd
@@ -108,6 +109,9 @@ def designs_beside_the_best_stay_in_the_space():
         for factor in factors:
             inside = factor.low <= proposed[factor.name] <= factor.high if factor.is_range else proposed[factor.name] in factor.choices
             assert inside, (factor.name, proposed)
+    # Rates 2 of 3, bits 2, clocks 2 of 4, descriptor's bits 2 of 3, link's clocks 2 of 3 (the middle ones), each once.
+    around = list(propose.steps(SEARCH, is_))
+    assert len(around) == 10 and all(one in around for one in itertools.islice(propose.beside_best(SEARCH, WISH, summaries, 3), 10)), around
     for factor in factors:
         for share in (0.0, 0.3, 0.999):
             value = factor.at(share)
@@ -120,9 +124,9 @@ def designs_beside_the_best_stay_in_the_space():
 
 def files_are_read():
     root = Path(__file__).parents[2]
-    for name, factors in (("hall_power", 8), ("hall_night_power", 8), ("pose_2mw", 9), ("runner_shutter", 6)):
+    for name, factors, walks in (("hall_power", 8, 4), ("hall_night_power", 8, 2), ("pose_2mw", 9, 2), ("runner_shutter", 6, 2)):
         study = file.read(root / f"scenes/studies/{name}.toml")
-        assert len(study.factors) == factors and len(study.trajectories) == 2 and study.guesses[0][0] == "expert", name
+        assert (len(study.factors), len(study.trajectories)) == (factors, walks) and study.guesses[0][0] == "expert", name
         seen = {name for name, _ in study.trajectories}
         assert not seen & {name for name, _ in study.final.trajectories} and min(study.final.seeds) > study.seeds_most
     again = file.read(root / "scenes/studies/hall_power.toml", {"seed": 2, "sampler": "random"})
@@ -158,25 +162,61 @@ def a_rung_is_judged_by_ranks():
     assert rungs.keys_at(search, rung, {"run.frames": 15}) == {"run.frames": 8}
 
 
-def fronts_move_by_more_than_intervals_or_not():
-    def means(power_mw, ate_m):
-        return (Mean(power_mw, (power_mw - 1.0, power_mw + 1.0), 9, 0), Mean(ate_m, (ate_m - 0.001, ate_m + 0.001), 9, 0))
+def few_runs_do_not_show_a_share():
+    ate = constraint("tracking.ate_m < 0.010 for 99 %")
+    generator = random.Random(5)
+    # A logarithmic scatter of 0.2 leaves 99 % of runs below exp(2.326 * 0.2) = 1.59 times the median: 6.28 mm for 10 mm.
+    crowd = [design(at, [result(10.0, 0.005 * math.exp(0.2 * generator.gauss(0.0, 1.0))) for _ in range(5)]) for at in range(100)]
+    far = [design(at, [result(10.0, 0.02), result(10.0, 0.09)]) for at in range(100, 200)]
+    scatter = scatter_of(ate, WISH, [*crowd, *far])
+    # 400 degrees of freedom: a standard error of 7 % of the variance.
+    assert scatter.is_log and abs(scatter.variance / 0.04 - 1.0) < 4 * 0.07, scatter
+    scatter = replace(scatter, variance=0.04)
+    assert excess_of(ate, [0.0090, 0.0091]) < 0.0 < excess_of(ate, [0.0090, 0.0091], scatter)
+    assert excess_of(ate, [0.0055, 0.0057], scatter) < 0.0
+    # Two runs in the middle: 10 / exp(2.326 * sqrt(0.8 * 0.04 * 1.5)) = 6.007 mm, as four of five degrees of freedom are the others'.
+    assert excess_of(ate, [0.00600] * 2, scatter) < 0.0 < excess_of(ate, [0.00602] * 2, scatter)
+    # Many runs speak for themselves, and a lost run is a miss.
+    spread = [0.0085 * math.exp(0.05 * generator.gauss(0.0, 1.0)) for _ in range(400)]
+    assert excess_of(ate, spread, scatter) < 0.0 < excess_of(ate, [0.0090] * 4, scatter)
+    assert excess_of(ate, [0.001, None], scatter) > 0.0
 
-    here = {1: means(10.0, 0.02), 2: means(20.0, 0.01), 3: means(30.0, 0.03)}
-    assert beside.on_front(WISH, here) == [1, 2]
-    # Halves of the intervals add in squares: 1.41 mW and 1.41 mm.
-    assert beside.moved(WISH, here, {5: means(8.5, 0.0185)}) == [1]
-    assert beside.moved(WISH, here, {5: means(8.7, 0.0185)}) == [] == beside.moved(WISH, here, {5: means(5.0, 0.0199)})
+
+def fronts_move_by_more_than_the_runs_leave_open_or_not():
+    def held(power_mw, ate_m, met=(20, 20)):
+        mean = (Mean(power_mw, (power_mw - 1.0, power_mw + 1.0), 20, 0), Mean(ate_m, (ate_m - 0.001, ate_m + 0.001), 20, 0))
+        return sureness.Held(mean, (kept_of(*met, None),))
+
+    def apart(wish, *sides):
+        here, there = sureness.volumes(wish, sides)
+        low, high = sureness.interval_of(here.draws - there.draws)
+        return not low <= 0.0 <= high
+
+    here = [held(10.0, 0.02), held(20.0, 0.01), held(30.0, 0.03)]
+    assert not apart(WISH, here, here) and apart(WISH, here, [held(7.0, 0.007)]) and apart(WISH, here, [held(20.0, 0.02)])
     one = Wanted((Objective("energy.power_mw"),), (), {})
-    assert beside.moved(one, {1: means(10.0, 0.0)[:1]}, {2: means(8.5, 0.0)[:1]}) == [1]
-    assert beside.volumes(WISH, [{1: means(1.0, 1.0)}, {1: means(2.0, 2.0)}])[1] > 0.0
+    # Halves of the intervals add in squares: 1.41 mW.
+    powers = {power: [sureness.Held(held(power, 1.0).means[:1], ())] for power in (10.0, 11.2, 11.7)}
+    assert apart(one, powers[10.0], powers[11.7]) and not apart(one, powers[10.0], powers[11.2])
+    assert abs(sureness.best_interval(one, powers[10.0])[1] - 11.0) < 0.15
+    # 20 of 20 runs leave open whether a design keeps 99 %; 2,000 of 2,000 do not.
+    ate = Wanted((Objective("energy.power_mw"),), (constraint("ate_m < 0.010 for 99 %"),), {})
+    sure = {runs: sureness.Held(held(10.0, 1.0).means[:1], (kept_of(runs, runs, 0.99),)) for runs in (20, 2_000)}
+    guess = sureness.Held(held(20.0, 1.0).means[:1], (kept_of(2_000, 2_000, 0.99),))
+    assert abs(sureness.best_interval(ate, [sure[20], guess])[1] - 20.0) < 1.5
+    assert sureness.best_interval(ate, [sure[2_000], guess])[1] < 12.0
+    assert math.isinf(sureness.best_interval(ate, [sure[20]])[1])
+    # Jeffreys' posterior of 20 of 20: 99 % or more with probability I_0.01(1/2, 20.5).
+    drawn = sureness.drawn_admissible(ate, sure[20], numpy.random.Generator(numpy.random.PCG64(6)))
+    assert abs(drawn.mean() - special.betainc(0.5, 20.5, 0.01)) < 4 * 0.5 / math.sqrt(sureness.DRAWS)
+    assert not apart(ate, [sure[20], guess], [guess]) and apart(ate, [sure[2_000]], [guess])
 
 
 def main():
     compared = volumes_agree()
     checks = [a_lost_track_is_no_number, shares_pick_the_run, intervals_are_exact, noise_is_what_shifts_leave]
     checks += [designs_beside_the_best_stay_in_the_space, a_race_keeps_what_may_be_best, files_are_read, a_rung_is_judged_by_ranks]
-    checks += [fronts_move_by_more_than_intervals_or_not]
+    checks += [few_runs_do_not_show_a_share, fronts_move_by_more_than_the_runs_leave_open_or_not]
     for check in checks:
         check()
     print(json.dumps({"volumes": compared, "checks": len(checks)}))

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
-from .designs import Summary, Wanted, dominates, front, place
+from .designs import Design, Wanted, dominates, front, place, summaries_of
 from .file import SearchFile
+
+# By which shares of themselves limits are tightened for finalists.
+TIGHTER = (0.15, 0.3, 0.45)
 
 
 def score(wish: Wanted, means: tuple[float | None, ...], weights: list[float], all_means: list[tuple]) -> float:
@@ -36,9 +40,17 @@ def weights_of(wish: Wanted) -> list[float]:
     return [one.weight for one in wish.objectives]
 
 
-def finalists(search: SearchFile, wish: Wanted, summaries: list[Summary], count: int) -> list[int]:
-    """Designs to evaluate anew: the best ones at the stated prices and at prices that favour each objective, then others along the front,
-    then the next behind it, and every guess."""
+def tightened(wish: Wanted, share: float) -> Wanted:
+    """With limits that only a share of the runs must keep, tighter by a share of themselves."""
+
+    constraints = tuple(one if one.share is None else one.moved(-share) for one in wish.constraints)
+    return replace(wish, constraints=constraints)
+
+
+def finalists(search: SearchFile, wish: Wanted, designs: list[Design], count: int) -> list[int]:
+    """Designs to evaluate anew: the best ones at the stated prices, also with tighter limits, since a search ends where its runs just keep
+    them; those at prices that favour each objective; others along the front; the next behind it; and every guess."""
+    summaries = summaries_of(wish, designs)
     on_front = front(wish, summaries)
     means = {one.design.number: one.means for one in on_front}
     chosen: list[int] = []
@@ -49,6 +61,9 @@ def finalists(search: SearchFile, wish: Wanted, summaries: list[Summary], count:
 
     weights = weights_of(wish)
     add(best(wish, means, weights))
+    for share in TIGHTER:
+        tight = summaries_of(tightened(wish, share), designs)
+        add(best(wish, {one.design.number: one.means for one in tight if one.is_feasible}, weights))
     for number in range(len(weights)):
         add(best(wish, means, [2.0 * weight if place == number else weight for place, weight in enumerate(weights)]))
     step = max(1, math.ceil(len(on_front) / max(count, 1)))

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+# Not `scipy.stats`, which takes a second to load.
+from scipy import special
+
 from .batch import Result, Run
 from .failure import nearest
 from .file import Constraint, Objective, SearchFile
@@ -17,6 +20,8 @@ SECOND = "cameras_alone."
 MISSING_EXCESS = 1.0
 # What a limit that is met exactly where it must be undercut counts as.
 TOUCHED_EXCESS = 1e-9
+# Runs that the scatter of all designs counts as beside a design's own.
+PRIOR_RUNS = 4.0
 
 
 def full_name(figure: str, known: list[str]) -> str:
@@ -125,36 +130,94 @@ class Summary:
         return sum(one for one in self.excess if one > 0.0)
 
 
-def excess_of(constraint: Constraint, values: list[float | None]) -> float:
-    """By how much the run at the constraint's share misses the limit: 0 or below where it is kept, on a logarithmic scale."""
+@dataclass(frozen=True)
+class Scatter:
+    """Variance of a figure between runs of one design, pooled over designs."""
 
-    def one(value: float | None) -> float:
-        if value is None:
-            return MISSING_EXCESS
-        scale = abs(constraint.limit) or 1.0
-        beyond = (value - constraint.limit) / scale
-        beyond = beyond if constraint.relation.startswith("<") else -beyond
-        return TOUCHED_EXCESS if beyond <= 0.0 and not constraint.is_met(value) else beyond
+    variance: float
+    # Whether it is that of the logarithm.
+    is_log: bool
 
-    beyond = sorted(one(value) for value in values)
+
+def scatter_of(constraint: Constraint, wish: Wanted, designs: list[Design]) -> Scatter | None:
+    """Of designs of two runs or more that all keep the limit: others scatter more, by far where a run nearly loses its track. None without
+    such designs."""
+    rows = [[wish.value(constraint.figure, result) for result in design.results.values()] for design in designs]
+    rows = [row for row in rows if len(row) > 1 and all(constraint.is_met(value) for value in row)]
+    is_log = all(value > 0.0 for row in rows for value in row)
+    rows = [[math.log(value) if is_log else value for value in row] for row in rows]
+    freedom = sum(len(row) - 1 for row in rows)
+    return Scatter(math.fsum(map(squares_about_mean, rows)) / freedom, is_log) if freedom else None
+
+
+def scatters(wish: Wanted, designs: list[Design]) -> tuple[Scatter | None, ...]:
+    """By constraint; none for those without a share."""
+    return tuple(None if one.share is None else scatter_of(one, wish, designs) for one in wish.constraints)
+
+
+def mean_of_all(values: list[float]) -> float:
+    """Of one value or more."""
+    return math.fsum(values) / len(values)
+
+
+def squares_about_mean(values: list[float]) -> float:
+    """Sum of the squared differences to the mean."""
+    mean = mean_of_all(values)
+    return math.fsum((value - mean) ** 2 for value in values)
+
+
+def excess_at(constraint: Constraint, value: float | None) -> float:
+    """By how much a value is beyond the limit, as a share of the limit."""
+    if value is None:
+        return MISSING_EXCESS
+    beyond = (value - constraint.limit) / (abs(constraint.limit) or 1.0)
+    beyond = beyond if constraint.relation.startswith("<") else -beyond
+    return TOUCHED_EXCESS if beyond <= 0.0 and not constraint.is_met(value) else beyond
+
+
+def at_share(constraint: Constraint, values: list[float], scatter: Scatter) -> float:
+    """The value at a constraint's share of further runs, from the mean of few: a normal distribution, or a log-normal one, with this
+    scatter and the mean's own error. A design's own scatter takes the place of that of all designs as its runs grow in number."""
+    values = [math.log(value) if scatter.is_log else value for value in values]
+    mean, runs = mean_of_all(values), len(values)
+    variance = (PRIOR_RUNS * scatter.variance + squares_about_mean(values)) / (PRIOR_RUNS + runs - 1)
+    margin = float(special.ndtri(constraint.share)) * math.sqrt(variance * (1.0 + 1.0 / runs))
+    value = mean + margin if constraint.relation.startswith("<") else mean - margin
+    return math.exp(value) if scatter.is_log else value
+
+
+def excess_of(constraint: Constraint, values: list[float | None], scatter: Scatter | None = None) -> float:
+    """By how much the run at the constraint's share misses the limit: 0 or below where it is kept, on a logarithmic scale. Few runs show no
+    miss by luck, so with a scatter the value that is expected at that share counts too."""
+    beyond = sorted(excess_at(constraint, value) for value in values)
     at = len(beyond) - 1 if constraint.share is None else min(math.ceil(constraint.share * len(beyond) - 1e-9), len(beyond)) - 1
-    return math.copysign(math.log1p(abs(beyond[at])), beyond[at])
+    most, known = beyond[at], [value for value in values if value is not None]
+    if scatter is not None and known and (not scatter.is_log or min(known) > 0.0):
+        most = max(most, excess_at(constraint, at_share(constraint, known, scatter)))
+    return math.copysign(math.log1p(abs(most)), most)
 
 
-def summary(wish: Wanted, design: Design) -> Summary:
-    """Sums up a design's runs."""
+def summary(wish: Wanted, design: Design, scatter: tuple[Scatter | None, ...] = ()) -> Summary:
+    """Sums up a design's runs; the scatter is by constraint."""
     if not design.results:
         return Summary(design, (None,) * len(wish.objectives), (MISSING_EXCESS,) * (len(wish.constraints) + 1), 0)
     results = list(design.results.values())
     means = []
     for objective in wish.objectives:
         values = [value for value in (wish.value(objective.figure, one) for one in results) if value is not None]
-        means.append(math.fsum(values) / len(values) if values else None)
-    excess = [excess_of(one, [wish.value(one.figure, result) for result in results]) for one in wish.constraints]
+        means.append(mean_of_all(values) if values else None)
+    by_constraint = zip(wish.constraints, scatter or (None,) * len(wish.constraints))
+    excess = [excess_of(one, [wish.value(one.figure, result) for result in results], of) for one, of in by_constraint]
     failed = sum(result.has_failed for result in results)
     # A cell that failed counts where nothing else does.
     excess.append(MISSING_EXCESS * failed / len(results))
     return Summary(design, tuple(means), tuple(excess), len(results))
+
+
+def summaries_of(wish: Wanted, designs: list[Design]) -> list[Summary]:
+    """Of all designs of which anything is known."""
+    scatter = scatters(wish, designs)
+    return [summary(wish, design, scatter) for design in designs if design.has_run]
 
 
 def dominates(first: list[float], second: list[float]) -> bool:

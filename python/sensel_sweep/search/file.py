@@ -7,7 +7,7 @@ import json
 import math
 import re
 import tomllib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from .failure import Failure, nearest, refused
@@ -107,6 +107,11 @@ class Constraint:
     limit: float
     share: float | None
     text: str
+
+    def moved(self, share: float) -> Constraint:
+        """With a limit that is looser (above 0) or tighter by a share of itself."""
+        outwards = 1.0 if self.relation.startswith("<") else -1.0
+        return replace(self, limit=self.limit + outwards * share * abs(self.limit))
 
     def is_met(self, value: float | None) -> bool:
         """Whether a run keeps it; one without the figure does not."""

@@ -13,7 +13,7 @@ import optuna
 from ..cluster import Engine
 from .batch import Result, Run, gathered, read_table, reason_of_failure, refusal, run_batch, sweep_text, write_whole
 from .choice import finalists
-from .designs import Design, Summary, Wanted, summary, wanted
+from .designs import Design, Summary, Wanted, summaries_of, wanted
 from .failure import Failure
 from .file import SearchFile
 from .propose import first, proposals
@@ -51,7 +51,7 @@ class State:
 
     def summaries(self) -> list[Summary]:
         """Of all designs of which anything is known."""
-        return [summary(self.wish, design) for design in self.designs if design.has_run]
+        return summaries_of(self.wish, self.designs)
 
     @property
     def sweep(self) -> Path:
@@ -288,7 +288,7 @@ def after_round(state: State) -> None:
 def evaluate_front(state: State, engine: Engine) -> None:
     """Runs the front's designs and the guesses on seeds and trajectories that the search never saw."""
     final = state.search.final
-    numbers = finalists(state.search, state.wish, state.summaries(), final.designs)
+    numbers = finalists(state.search, state.wish, state.designs, final.designs)
     runs = [run for number in numbers for run in runs_of(final.trajectories, number, list(final.seeds))]
     if not runs:
         return

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 # Not `scipy.stats`, which takes a second to load.
 from scipy import special
 
 from .choice import best, weights_of
-from .designs import Design, Summary, front, hypervolume, place, summary
+from .designs import Design, Summary, front, hypervolume, place, summaries_of, summary
 from .loop import State
 
 CONFIDENCE = 0.95
@@ -116,20 +116,15 @@ def prices_doubled(state: State, all_judged: list[Judged]) -> list[tuple[str, in
 
 def limits_moved(state: State, share: float) -> list[tuple[str, float, int | None]]:
     """The best design of the search's own cells if a limit were looser (above 0) or tighter by a share of itself."""
-    from dataclasses import replace
-
     moved = []
     for number, constraint in enumerate(state.wish.constraints):
         if constraint.figure.endswith("tracked_fraction") or constraint.limit == 0.0:
             continue
-        direction = 1.0 if constraint.relation.startswith("<") else -1.0
-        limit = constraint.limit * (1.0 + direction * share)
         own = list(state.wish.constraints)
-        own[number] = replace(constraint, limit=limit)
+        own[number] = constraint.moved(share)
         wish = replace(state.wish, constraints=tuple(own))
-        summaries = [summary(wish, design) for design in state.designs if design.has_run]
-        means = {one.design.number: one.means for one in summaries if one.is_feasible}
-        moved.append((constraint.text, limit, best(wish, means, weights_of(wish))))
+        means = {one.design.number: one.means for one in summaries_of(wish, state.designs) if one.is_feasible}
+        moved.append((constraint.text, own[number].limit, best(wish, means, weights_of(wish))))
     return moved
 
 

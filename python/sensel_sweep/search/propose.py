@@ -118,10 +118,28 @@ def moved(factor: Factor, value, generator: numpy.random.Generator):
     return factor.choices[beside[generator.integers(len(beside))]] if beside else value
 
 
+def steps(search: SearchFile, is_: dict) -> Iterator[dict]:
+    """Designs one step from another: along a scale, to another choice, or to the next whole number of an even range."""
+    for factor in search.factors:
+        value = is_[factor.name]
+        if not factor.is_range:
+            at = factor.choices.index(value)
+            beside = [one for number, one in enumerate(factor.choices) if abs(number - at) == 1 or (not factor.is_scale and number != at)]
+        else:
+            is_counted = factor.is_whole and not factor.is_log
+            beside = [one for one in (value - 1, value + 1) if is_counted and factor.low <= one <= factor.high]
+        yield from ({**is_, factor.name: one} for one in beside)
+
+
 def beside_best(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: int) -> Iterator[dict]:
-    """Endless designs that differ from one of the best in one or two factors; none while no design keeps all constraints."""
+    """Designs beside the best: every step from one of them along a scale, so that no search ends a step from a better design; then,
+    endlessly, those that differ in one or two factors. None while no design keeps all constraints."""
     generator = numpy.random.Generator(numpy.random.PCG64([seed_of(search, turn), 2]))
     best = front(wish, summaries)
+    known = [one.design.is_ for one in summaries]
+    around = [is_ for one in best for is_ in steps(search, one.design.is_) if is_ not in known]
+    for at in generator.permutation(len(around)):
+        yield around[at]
     while best:
         is_ = dict(best[generator.integers(len(best))].design.is_)
         many = min(1 + int(generator.integers(2)), len(search.factors))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import warnings
 from html import escape
 from pathlib import Path
@@ -12,10 +13,12 @@ import optuna
 from . import beside, rungs
 from .batch import value_text, write_whole
 from .chart import Series, chart, digits
+from .choice import best, weights_of
 from .file import Rung
 from .loop import State
 from .outcome import CONFIDENCE, Judged, chosen, judged, limits_moved, prices_doubled, progress, search_front
 from .propose import kind, study_of
+from .sureness import Held, best_interval
 
 STYLE = """:root{color-scheme:light dark;--s1:#0b62c4;--s2:#b3541e;--s3:#2f7d32;--soft:#555;--grid:#e2e2e2;--rule:#888;--bg:#fff;
 --fg:#1a1a1a}
@@ -128,11 +131,13 @@ def sentences(state: State, all_judged: list[Judged], number: int | None) -> lis
         low, high = (100.0 * end for end in kept.interval)
         interval = f"95 % interval {low:.1f} to {high:.1f} %"
         lines.append(f"'{constraint.text}': {kept.met} of {kept.runs} held-back runs keep it ({interval}): {kept.verdict}.")
+    lines += shown_sentence(state, all_judged, number)
     count = sum(one.is_admissible for one in all_judged)
     if len(state.wish.objectives) == 1:
         goal = "largest" if state.wish.objectives[0].is_maximised else "least"
         found = f"Of {len(all_judged)} designs that were evaluated anew, {count} keep all constraints"
         lines.append(f"{found}, and this one has the {goal} {own_figure(state)}.")
+        lines.append(front_sentence(state, goal, all_judged))
         lines.append(f"With {own_figure(state)} as the only objective, its price changes nothing.")
     else:
         lines.append(
@@ -148,6 +153,33 @@ def sentences(state: State, all_judged: list[Judged], number: int | None) -> lis
         said = best_one or "no design of this search keeps it"
         lines.append(f"With the limit of '{text}' at {digits(limit)}, {said}.")
     return lines
+
+
+def shown_sentence(state: State, all_judged: list[Judged], number: int) -> list[str]:
+    """The best design whose shares are all shown; nothing where no constraint has a share, or where the choice is that design."""
+    shares = [at for at, one in enumerate(state.wish.constraints) if one.share is not None]
+    shown = {
+        one.number: one.summary.means
+        for one in all_judged
+        if one.is_admissible and all(one.kept[at].verdict == "shown" for at in shares)
+    }
+    other = best(state.wish, shown, weights_of(state.wish))
+    if not shares or other == number:
+        return []
+    if other is None:
+        return ["These runs show no design to keep every share: 'shown' takes an interval above it."]
+    values = " and ".join(f"{one.figure} {digits(mean)}" for one, mean in zip(state.wish.objectives, shown[other]))
+    return [f"The best design that is shown to keep every share is {title_of(state, other)}, with {values}: {design_text(state, other)}."]
+
+
+def front_sentence(state: State, goal: str, all_judged: list[Judged]) -> str:
+    """The single objective's best value with its interval."""
+    low, high = best_interval(state.wish, [Held(one.means, one.kept) for one in all_judged])
+    what = f"95 % interval of the {goal} {own_figure(state)} under these constraints"
+    if math.isinf(low) or math.isinf(high):
+        end = f"{digits(low)} or more" if math.isinf(high) else f"{digits(high)} or less"
+        return f"{what}: {end}. The runs do not exclude that no design here keeps them."
+    return f"{what}: {digits(low)} to {digits(high)}, with what the runs leave open on each design's shares."
 
 
 def means_text(state: State, number: int) -> str:

@@ -1,0 +1,111 @@
+"""How sure a front is, given the held-back runs of its designs.
+
+Draws of what the runs leave open (parametric bootstrap): a mean from Student's t about the measured one, and the share of runs that keep a
+constraint from the posterior of Jeffreys' prior, Beta(met + 1/2, missed + 1/2). A design counts in the draws where all its shares reach
+what is asked, so one that kept a limit for 99 % in all of 20 runs counts in some of them only."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy
+from scipy import special
+
+from .designs import Wanted, hypervolume, place
+from .outcome import CONFIDENCE, Kept, Mean
+
+DRAWS = 2000
+
+
+@dataclass(frozen=True)
+class Held:
+    """A design on the held-back runs."""
+
+    means: tuple[Mean, ...]
+    kept: tuple[Kept, ...]
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether every objective is known."""
+        return all(one.value is not None for one in self.means)
+
+    @property
+    def is_admissible(self) -> bool:
+        """Whether the runs keep every constraint as often as asked."""
+        return self.is_measured and all(one.verdict != "missed" for one in self.kept)
+
+
+@dataclass(frozen=True)
+class Volume:
+    """Of a front below a reference: as measured, and by draw. With one objective how far the best design is below the reference."""
+
+    measured: float
+    draws: numpy.ndarray
+
+
+def interval_of(draws: numpy.ndarray) -> tuple[float, float]:
+    """Quantiles of 2.5 and 97.5 %."""
+    tail = (1.0 - CONFIDENCE) / 2
+    low, high = numpy.quantile(draws, [tail, 1.0 - tail], method="inverted_cdf")
+    return float(low), float(high)
+
+
+def drawn_means(held: Held, generator: numpy.random.Generator) -> numpy.ndarray:
+    """Means of the objectives, by draw."""
+    columns = []
+    for one in held.means:
+        errors = 0.0
+        if one.interval:
+            freedom = one.count - 1
+            standard_error = 0.5 * (one.interval[1] - one.interval[0]) / float(special.stdtrit(freedom, 0.5 + CONFIDENCE / 2))
+            errors = standard_error * generator.standard_t(freedom, DRAWS)
+        columns.append(one.value + errors * numpy.ones(DRAWS))
+    return numpy.array(columns).T
+
+
+def drawn_admissible(wish: Wanted, held: Held, generator: numpy.random.Generator) -> numpy.ndarray:
+    """Whether a design keeps all constraints, by draw. One that names no share must be kept by all runs, and is or is not."""
+    admissible = numpy.ones(DRAWS, dtype=bool)
+    for constraint, kept in zip(wish.constraints, held.kept):
+        if constraint.share is None:
+            admissible &= kept.met == kept.runs
+        else:
+            admissible &= generator.beta(kept.met + 0.5, kept.runs - kept.met + 0.5, DRAWS) >= constraint.share
+    return admissible
+
+
+def volumes(wish: Wanted, sides: list[list[Held]]) -> list[Volume] | None:
+    """Of several fronts below a common reference: the worst measured mean, a tenth of the span further out. None where nothing is
+    measured."""
+    sides = [[one for one in side if one.is_measured] for side in sides]
+    places = [[place(wish, tuple(mean.value for mean in one.means)) for one in side] for side in sides]
+    columns = list(zip(*(one for side in places for one in side)))
+    if not columns:
+        return None
+    reference = [max(column) + 0.1 * ((max(column) - min(column)) or abs(max(column)) or 1.0) for column in columns]
+    found = []
+    for number, side in enumerate(sides):
+        generator = numpy.random.Generator(numpy.random.PCG64(number))
+        drawn = [(drawn_means(one, generator), drawn_admissible(wish, one, generator)) for one in side]
+        draws = [
+            hypervolume([place(wish, tuple(means[draw])) for means, admissible in drawn if admissible[draw]], reference)
+            for draw in range(DRAWS)
+        ]
+        measured = [own for one, own in zip(side, places[number]) if one.is_admissible]
+        found.append(Volume(hypervolume(measured, reference), numpy.array(draws)))
+    return found
+
+
+def best_interval(wish: Wanted, side: list[Held]) -> tuple[float, float] | None:
+    """Of the single objective of the best design that keeps all constraints; an infinite end where none of these may keep them."""
+    side = [one for one in side if one.is_measured]
+    if not side:
+        return None
+    generator, sign = numpy.random.Generator(numpy.random.PCG64(0)), wish.objectives[0].sign
+    best = numpy.full(DRAWS, math.inf)
+    for one in side:
+        values = sign * drawn_means(one, generator)[:, 0]
+        best = numpy.minimum(best, numpy.where(drawn_admissible(wish, one, generator), values, math.inf))
+    low, high = interval_of(best)
+    return (low, high) if sign > 0 else (-high, -low)
