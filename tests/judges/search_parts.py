@@ -15,7 +15,7 @@ from sensel_sweep.search import file, propose, rungs, sureness
 from sensel_sweep.search.batch import Result, Run
 from sensel_sweep.search.designs import Design, Wanted, excess_of, front, hypervolume, scatter_of, summary
 from sensel_sweep.search.file import Objective, constraint
-from sensel_sweep.search.outcome import Mean, kept_of, mean_of
+from sensel_sweep.search.outcome import Held, Mean, kept_of, mean_of
 from sensel_sweep.search.racing import near_front, residual_sd
 
 SEARCH = file.read(Path(__file__).parents[2] / "scenes/studies/hall_power.toml")
@@ -185,7 +185,7 @@ def few_runs_do_not_show_a_share():
 def fronts_move_by_more_than_the_runs_leave_open_or_not():
     def held(power_mw, ate_m, met=(20, 20)):
         mean = (Mean(power_mw, (power_mw - 1.0, power_mw + 1.0), 20, 0), Mean(ate_m, (ate_m - 0.001, ate_m + 0.001), 20, 0))
-        return sureness.Held(mean, (kept_of(*met, None),))
+        return Held(mean, (kept_of(*met, None),))
 
     def apart(wish, *sides):
         here, there = sureness.volumes(wish, sides)
@@ -196,13 +196,13 @@ def fronts_move_by_more_than_the_runs_leave_open_or_not():
     assert not apart(WISH, here, here) and apart(WISH, here, [held(7.0, 0.007)]) and apart(WISH, here, [held(20.0, 0.02)])
     one = Wanted((Objective("energy.power_mw"),), (), {})
     # Halves of the intervals add in squares: 1.41 mW.
-    powers = {power: [sureness.Held(held(power, 1.0).means[:1], ())] for power in (10.0, 11.2, 11.7)}
+    powers = {power: [Held(held(power, 1.0).means[:1], ())] for power in (10.0, 11.2, 11.7)}
     assert apart(one, powers[10.0], powers[11.7]) and not apart(one, powers[10.0], powers[11.2])
     assert abs(sureness.best_interval(one, powers[10.0])[1] - 11.0) < 0.15
     # 20 of 20 runs leave open whether a design keeps 99 %; 2,000 of 2,000 do not.
     ate = Wanted((Objective("energy.power_mw"),), (constraint("ate_m < 0.010 for 99 %"),), {})
-    sure = {runs: sureness.Held(held(10.0, 1.0).means[:1], (kept_of(runs, runs, 0.99),)) for runs in (20, 2_000)}
-    guess = sureness.Held(held(20.0, 1.0).means[:1], (kept_of(2_000, 2_000, 0.99),))
+    sure = {runs: Held(held(10.0, 1.0).means[:1], (kept_of(runs, runs, 0.99),)) for runs in (20, 2_000)}
+    guess = Held(held(20.0, 1.0).means[:1], (kept_of(2_000, 2_000, 0.99),))
     assert abs(sureness.best_interval(ate, [sure[20], guess])[1] - 20.0) < 1.5
     assert sureness.best_interval(ate, [sure[2_000], guess])[1] < 12.0
     assert math.isinf(sureness.best_interval(ate, [sure[20]])[1])

@@ -9,8 +9,8 @@ from pathlib import Path
 from .chart import digits
 from .designs import Wanted
 from .failure import Failure
-from .outcome import Judged, Kept, Mean
-from .sureness import Held, interval_of, volumes
+from .outcome import Held, Judged, Kept, Mean
+from .sureness import interval_of, volumes
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ def read(folder: Path, wish: Wanted) -> Other:
 def sentences(wish: Wanted, all_judged: list[Judged], other: Other) -> list[str]:
     """What the other search says of this one."""
     name = f"{other.name} (search seed {other.seed}, {other.sampler}, {other.cells} cells)"
-    sides = volumes(wish, [[Held(one.means, one.kept) for one in all_judged], other.held])
+    sides = volumes(wish, [all_judged, other.held])
     if sides is None:
         return [f"Neither this search nor {name} has a design that held-back runs could measure, so the fronts cannot be compared."]
     here, there = sides

@@ -42,7 +42,6 @@ def weights_of(wish: Wanted) -> list[float]:
 
 def tightened(wish: Wanted, share: float) -> Wanted:
     """With limits that only a share of the runs must keep, tighter by a share of themselves."""
-
     constraints = tuple(one if one.share is None else one.moved(-share) for one in wish.constraints)
     return replace(wish, constraints=constraints)
 

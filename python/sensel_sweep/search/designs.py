@@ -251,3 +251,9 @@ def hypervolume(places: list[list[float]], reference: list[float]) -> float:
         if upper > one[-1]:
             volume += (upper - one[-1]) * hypervolume([list(low[:-1]) for low in inside[: number + 1]], reference[:-1])
     return volume
+
+
+def reference_of(places: list[list[float]]) -> list[float] | None:
+    """Where a hypervolume ends: the worst of the places, a tenth of the span further out. None without places."""
+    columns = list(zip(*places))
+    return [max(column) + 0.1 * ((max(column) - min(column)) or abs(max(column)) or 1.0) for column in columns] or None

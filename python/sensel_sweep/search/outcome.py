@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from scipy import special
 
 from .choice import best, weights_of
-from .designs import Design, Summary, front, hypervolume, place, summaries_of, summary
+from .designs import Design, Summary, front, hypervolume, place, reference_of, summaries_of, summary
 from .loop import State
 
 CONFIDENCE = 0.95
@@ -36,22 +36,33 @@ class Kept:
 
 
 @dataclass(frozen=True)
-class Judged:
-    """A design on the held-back runs."""
+class Held:
+    """What the held-back runs say of a design."""
 
-    summary: Summary
     means: tuple[Mean, ...]
     kept: tuple[Kept, ...]
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether every objective is known."""
+        return all(one.value is not None for one in self.means)
+
+    @property
+    def is_admissible(self) -> bool:
+        """Whether the held-back runs keep every constraint as often as asked."""
+        return self.is_measured and all(one.verdict != "missed" for one in self.kept)
+
+
+@dataclass(frozen=True)
+class Judged(Held):
+    """A design of this search on the held-back runs."""
+
+    summary: Summary
 
     @property
     def number(self) -> int:
         """Of the design."""
         return self.summary.design.number
-
-    @property
-    def is_admissible(self) -> bool:
-        """Whether the held-back runs keep every constraint as often as asked."""
-        return all(one.verdict != "missed" for one in self.kept) and all(one.value is not None for one in self.means)
 
 
 def mean_of(values: list[float], runs: int) -> Mean:
@@ -90,7 +101,7 @@ def judged(state: State) -> list[Judged]:
         for constraint in state.wish.constraints:
             values = [state.wish.value(constraint.figure, result) for result in results.values()]
             kept.append(kept_of(sum(constraint.is_met(value) for value in values), len(values), constraint.share))
-        found.append(Judged(one, tuple(means), tuple(kept)))
+        found.append(Judged(tuple(means), tuple(kept), one))
     return sorted(found, key=lambda one: (*(math.inf if mean is None else mean for mean in one.summary.means), one.number))
 
 
@@ -128,20 +139,11 @@ def limits_moved(state: State, share: float) -> list[tuple[str, float, int | Non
     return moved
 
 
-def reference_of(state: State, summaries: list[Summary]) -> list[float] | None:
-    """The worst place of any feasible design, a tenth of the span further out."""
-    places = [place(state.wish, one.means) for one in summaries if one.is_feasible]
-    if not places:
-        return None
-    columns = list(zip(*places))
-    return [max(column) + 0.1 * ((max(column) - min(column)) or abs(max(column)) or 1.0) for column in columns]
-
-
 def progress(state: State) -> list[tuple[int, float]]:
     """After each round: finished cells, and the hypervolume of the designs so far by all that is known of them now; with one objective the
     best mean so far."""
     summaries = state.summaries()
-    reference = reference_of(state, summaries)
+    reference = reference_of([place(state.wish, one.means) for one in summaries if one.is_feasible])
     if reference is None:
         return []
     cells, line = 0, []

@@ -109,13 +109,18 @@ def drawn(search: SearchFile, turn: int) -> Iterator[dict]:
         yield {factor.name: factor.at(float(share)) for factor, share in zip(search.factors, generator.random(len(search.factors)))}
 
 
+def other_choices(factor: Factor, value) -> list:
+    """The neighbours of a step of a scale, or all other choices."""
+    at = factor.choices.index(value)
+    return [one for number, one in enumerate(factor.choices) if abs(number - at) == 1 or (not factor.is_scale and number != at)]
+
+
 def moved(factor: Factor, value, generator: numpy.random.Generator):
     """A value beside another: a step of a scale, up to a share of a range, or any other choice."""
     if factor.is_range:
         return factor.at(min(max(factor.share(value) + STEP_SHARE * (2.0 * generator.random() - 1.0), 0.0), 1.0))
-    at, last = factor.choices.index(value), len(factor.choices) - 1
-    beside = [one for one in (at - 1, at + 1) if 0 <= one <= last] if factor.is_scale else [one for one in range(last + 1) if one != at]
-    return factor.choices[beside[generator.integers(len(beside))]] if beside else value
+    beside = other_choices(factor, value)
+    return beside[generator.integers(len(beside))] if beside else value
 
 
 def steps(search: SearchFile, is_: dict) -> Iterator[dict]:
@@ -123,11 +128,11 @@ def steps(search: SearchFile, is_: dict) -> Iterator[dict]:
     for factor in search.factors:
         value = is_[factor.name]
         if not factor.is_range:
-            at = factor.choices.index(value)
-            beside = [one for number, one in enumerate(factor.choices) if abs(number - at) == 1 or (not factor.is_scale and number != at)]
+            beside = other_choices(factor, value)
+        elif factor.is_whole and not factor.is_log:
+            beside = [one for one in (value - 1, value + 1) if factor.low <= one <= factor.high]
         else:
-            is_counted = factor.is_whole and not factor.is_log
-            beside = [one for one in (value - 1, value + 1) if is_counted and factor.low <= one <= factor.high]
+            beside = []
         yield from ({**is_, factor.name: one} for one in beside)
 
 

@@ -18,7 +18,7 @@ from .file import Rung
 from .loop import State
 from .outcome import CONFIDENCE, Judged, chosen, judged, limits_moved, prices_doubled, progress, search_front
 from .propose import kind, study_of
-from .sureness import Held, best_interval
+from .sureness import best_interval
 
 STYLE = """:root{color-scheme:light dark;--s1:#0b62c4;--s2:#b3541e;--s3:#2f7d32;--soft:#555;--grid:#e2e2e2;--rule:#888;--bg:#fff;
 --fg:#1a1a1a}
@@ -174,7 +174,7 @@ def shown_sentence(state: State, all_judged: list[Judged], number: int) -> list[
 
 def front_sentence(state: State, goal: str, all_judged: list[Judged]) -> str:
     """The single objective's best value with its interval."""
-    low, high = best_interval(state.wish, [Held(one.means, one.kept) for one in all_judged])
+    low, high = best_interval(state.wish, all_judged)
     what = f"95 % interval of the {goal} {own_figure(state)} under these constraints"
     if math.isinf(low) or math.isinf(high):
         end = f"{digits(low)} or more" if math.isinf(high) else f"{digits(high)} or less"

@@ -12,28 +12,10 @@ from dataclasses import dataclass
 import numpy
 from scipy import special
 
-from .designs import Wanted, hypervolume, place
-from .outcome import CONFIDENCE, Kept, Mean
+from .designs import Wanted, hypervolume, place, reference_of
+from .outcome import CONFIDENCE, Held
 
 DRAWS = 2000
-
-
-@dataclass(frozen=True)
-class Held:
-    """A design on the held-back runs."""
-
-    means: tuple[Mean, ...]
-    kept: tuple[Kept, ...]
-
-    @property
-    def is_measured(self) -> bool:
-        """Whether every objective is known."""
-        return all(one.value is not None for one in self.means)
-
-    @property
-    def is_admissible(self) -> bool:
-        """Whether the runs keep every constraint as often as asked."""
-        return self.is_measured and all(one.verdict != "missed" for one in self.kept)
 
 
 @dataclass(frozen=True)
@@ -75,37 +57,38 @@ def drawn_admissible(wish: Wanted, held: Held, generator: numpy.random.Generator
     return admissible
 
 
+def drawn(wish: Wanted, side: list[Held], seed: int) -> list[tuple[numpy.ndarray, numpy.ndarray]]:
+    """Of each measured design of a front, by draw: its means, and whether it keeps all constraints."""
+    generator = numpy.random.Generator(numpy.random.PCG64(seed))
+    return [(drawn_means(one, generator), drawn_admissible(wish, one, generator)) for one in side if one.is_measured]
+
+
+def measured_places(wish: Wanted, side: list[Held]) -> list[list[float]]:
+    """Measured means with small being good."""
+    return [place(wish, tuple(mean.value for mean in one.means)) for one in side]
+
+
 def volumes(wish: Wanted, sides: list[list[Held]]) -> list[Volume] | None:
-    """Of several fronts below a common reference: the worst measured mean, a tenth of the span further out. None where nothing is
-    measured."""
-    sides = [[one for one in side if one.is_measured] for side in sides]
-    places = [[place(wish, tuple(mean.value for mean in one.means)) for one in side] for side in sides]
-    columns = list(zip(*(one for side in places for one in side)))
-    if not columns:
+    """Of several fronts below a common reference. None where nothing is measured."""
+    reference = reference_of([own for side in sides for own in measured_places(wish, [one for one in side if one.is_measured])])
+    if reference is None:
         return None
-    reference = [max(column) + 0.1 * ((max(column) - min(column)) or abs(max(column)) or 1.0) for column in columns]
     found = []
-    for number, side in enumerate(sides):
-        generator = numpy.random.Generator(numpy.random.PCG64(number))
-        drawn = [(drawn_means(one, generator), drawn_admissible(wish, one, generator)) for one in side]
+    for seed, side in enumerate(sides):
+        designs = drawn(wish, side, seed)
         draws = [
-            hypervolume([place(wish, tuple(means[draw])) for means, admissible in drawn if admissible[draw]], reference)
+            hypervolume([place(wish, tuple(means[draw])) for means, admissible in designs if admissible[draw]], reference)
             for draw in range(DRAWS)
         ]
-        measured = [own for one, own in zip(side, places[number]) if one.is_admissible]
-        found.append(Volume(hypervolume(measured, reference), numpy.array(draws)))
+        measured = hypervolume(measured_places(wish, [one for one in side if one.is_admissible]), reference)
+        found.append(Volume(measured, numpy.array(draws)))
     return found
 
 
-def best_interval(wish: Wanted, side: list[Held]) -> tuple[float, float] | None:
+def best_interval(wish: Wanted, side: list[Held]) -> tuple[float, float]:
     """Of the single objective of the best design that keeps all constraints; an infinite end where none of these may keep them."""
-    side = [one for one in side if one.is_measured]
-    if not side:
-        return None
-    generator, sign = numpy.random.Generator(numpy.random.PCG64(0)), wish.objectives[0].sign
-    best = numpy.full(DRAWS, math.inf)
-    for one in side:
-        values = sign * drawn_means(one, generator)[:, 0]
-        best = numpy.minimum(best, numpy.where(drawn_admissible(wish, one, generator), values, math.inf))
+    sign, best = wish.objectives[0].sign, numpy.full(DRAWS, math.inf)
+    for means, admissible in drawn(wish, side, 0):
+        best = numpy.minimum(best, numpy.where(admissible, sign * means[:, 0], math.inf))
     low, high = interval_of(best)
     return (low, high) if sign > 0 else (-high, -low)
