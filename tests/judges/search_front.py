@@ -48,14 +48,14 @@ def program(folder):
     return str(place)
 
 
-def searched(folder, sampler, seed, more="", name=""):
+def searched(folder, sampler, seed, more="", name="", cells=CELLS):
     """One search, with more lines in its file."""
     out = folder / f"{sampler}{name}-{seed}"
     factors = "".join(
         f'[[factor]]\nkey = "{name}"\nlow = {low}\nhigh = {high}\nspacing = "log"\n' for name, (low, high) in stand_in.RANGES.items()
     )
     place = folder / f"{sampler}{name}-{seed}.toml"
-    place.write_text(SEARCH.format(factors=factors, sampler=sampler, seed=seed, cells=CELLS) + more, encoding="utf-8")
+    place.write_text(SEARCH.format(factors=factors, sampler=sampler, seed=seed, cells=cells) + more, encoding="utf-8")
     state = loop.State(file.read(place), out)
     with Engine(argparse.Namespace(engine="local", program=str(folder / "stand-in"), rest=[])) as engine:
         loop.check_identity(state)
@@ -64,23 +64,23 @@ def searched(folder, sampler, seed, more="", name=""):
     return state
 
 
-def volume(folder, sampler, seed, more="", name=""):
+def volume(folder, sampler, seed, more="", name="", cells=CELLS):
     """Of what one search found."""
-    state = searched(folder, sampler, seed, more, name)
+    state = searched(folder, sampler, seed, more, name, cells)
     # A round with rungs may end before the last cells, which are fewer than a design costs.
-    assert CELLS - 4 < state.cells <= CELLS if more else state.cells == CELLS, state.cells
+    assert cells - 4 < state.cells <= cells if more else state.cells == cells, state.cells
     found = [stand_in.truth(one.design.is_) for one in front(state.wish, state.summaries())]
     return hypervolume([list(one) for one in found], list(stand_in.REFERENCE))
 
 
 def main():
-    sampler, count = sys.argv[1], int(sys.argv[2])
+    sampler, count, cells = sys.argv[1], int(sys.argv[2]), int(sys.argv[3]) if len(sys.argv) > 3 else CELLS
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         program(folder)
         jobs = [(kind, seed) for seed in range(1, count + 1) for kind in (sampler, "random")]
         with ThreadPoolExecutor(os.cpu_count()) as pool:
-            volumes = dict(zip(jobs, pool.map(lambda job: volume(folder, *job), jobs)))
+            volumes = dict(zip(jobs, pool.map(lambda job: volume(folder, *job, cells=cells), jobs)))
     whole = stand_in.front_volume()
     logs = [math.log(volumes[sampler, seed] / volumes["random", seed]) for seed in range(1, count + 1)]
     mean = math.fsum(logs) / count
@@ -88,7 +88,7 @@ def main():
     half = float(stats.t.ppf(0.975, count - 1)) * sd / math.sqrt(count)
     shares = {kind: [volumes[kind, seed] / whole for seed in range(1, count + 1)] for kind in (sampler, "random")}
     means = {kind: math.fsum(values) / count for kind, values in shares.items()}
-    said = {"cells": CELLS, "ratio": math.exp(mean), "interval": [math.exp(mean - half), math.exp(mean + half)], "share_of_front": means}
+    said = {"cells": cells, "ratio": math.exp(mean), "interval": [math.exp(mean - half), math.exp(mean + half)], "share_of_front": means}
     print(json.dumps({**said, "ratios": [math.exp(one) for one in logs]}))
 
 

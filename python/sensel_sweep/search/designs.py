@@ -175,30 +175,32 @@ def excess_at(constraint: Constraint, value: float | None) -> float:
     return TOUCHED_EXCESS if beyond <= 0.0 and not constraint.is_met(value) else beyond
 
 
-def at_share(constraint: Constraint, values: list[float], scatter: Scatter) -> float:
+def at_share(constraint: Constraint, values: list[float], scatter: Scatter, errors: float = 0.0) -> float:
     """The value at a constraint's share of further runs, from the mean of few: a normal distribution, or a log-normal one, with this
-    scatter and the mean's own error. A design's own scatter takes the place of that of all designs as its runs grow in number."""
+    scatter and the mean's own error. A design's own scatter takes the place of that of all designs as its runs grow in number. The mean is
+    better than it was measured by so many standard errors."""
     values = [math.log(value) if scatter.is_log else value for value in values]
     mean, runs = mean_of_all(values), len(values)
     variance = (PRIOR_RUNS * scatter.variance + squares_about_mean(values)) / (PRIOR_RUNS + runs - 1)
-    margin = float(special.ndtri(constraint.share)) * math.sqrt(variance * (1.0 + 1.0 / runs))
+    margin = float(special.ndtri(constraint.share)) * math.sqrt(variance * (1.0 + 1.0 / runs)) - errors * math.sqrt(variance / runs)
     value = mean + margin if constraint.relation.startswith("<") else mean - margin
     return math.exp(value) if scatter.is_log else value
 
 
-def excess_of(constraint: Constraint, values: list[float | None], scatter: Scatter | None = None) -> float:
+def excess_of(constraint: Constraint, values: list[float | None], scatter: Scatter | None = None, errors: float = 0.0) -> float:
     """By how much the run at the constraint's share misses the limit: 0 or below where it is kept, on a logarithmic scale. Few runs show no
     miss by luck, so with a scatter the value that is expected at that share counts too."""
     beyond = sorted(excess_at(constraint, value) for value in values)
     at = len(beyond) - 1 if constraint.share is None else min(math.ceil(constraint.share * len(beyond) - 1e-9), len(beyond)) - 1
     most, known = beyond[at], [value for value in values if value is not None]
     if scatter is not None and known and (not scatter.is_log or min(known) > 0.0):
-        most = max(most, excess_at(constraint, at_share(constraint, known, scatter)))
+        most = max(most, excess_at(constraint, at_share(constraint, known, scatter, errors)))
     return math.copysign(math.log1p(abs(most)), most)
 
 
-def summary(wish: Wanted, design: Design, scatter: tuple[Scatter | None, ...] = ()) -> Summary:
-    """Sums up a design's runs; the scatter is by constraint."""
+def summary(wish: Wanted, design: Design, scatter: tuple[Scatter | None, ...] = (), errors: float = 0.0) -> Summary:
+    """Sums up a design's runs; the scatter is by constraint. Constraints on a share of the runs are judged as if the design were better by so
+    many standard errors."""
     if not design.results:
         return Summary(design, (None,) * len(wish.objectives), (MISSING_EXCESS,) * (len(wish.constraints) + 1), 0)
     results = list(design.results.values())
@@ -207,17 +209,17 @@ def summary(wish: Wanted, design: Design, scatter: tuple[Scatter | None, ...] = 
         values = [value for value in (wish.value(objective.figure, one) for one in results) if value is not None]
         means.append(mean_of_all(values) if values else None)
     by_constraint = zip(wish.constraints, scatter or (None,) * len(wish.constraints))
-    excess = [excess_of(one, [wish.value(one.figure, result) for result in results], of) for one, of in by_constraint]
+    excess = [excess_of(one, [wish.value(one.figure, result) for result in results], of, errors) for one, of in by_constraint]
     failed = sum(result.has_failed for result in results)
     # A cell that failed counts where nothing else does.
     excess.append(MISSING_EXCESS * failed / len(results))
     return Summary(design, tuple(means), tuple(excess), len(results))
 
 
-def summaries_of(wish: Wanted, designs: list[Design]) -> list[Summary]:
-    """Of all designs of which anything is known."""
+def summaries_of(wish: Wanted, designs: list[Design], errors: float = 0.0) -> list[Summary]:
+    """Of all designs of which anything is known; see `summary`."""
     scatter = scatters(wish, designs)
-    return [summary(wish, design, scatter) for design in designs if design.has_run]
+    return [summary(wish, design, scatter, errors) for design in designs if design.has_run]
 
 
 def dominates(first: list[float], second: list[float]) -> bool:

@@ -8,7 +8,6 @@ import shlex
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import optuna
 
 from ..cluster import Engine
 from .batch import Result, Run, gathered, read_table, reason_of_failure, refusal, run_batch, sweep_text, write_whole
@@ -16,9 +15,10 @@ from .choice import finalists
 from .designs import Design, Summary, Wanted, summaries_of, wanted
 from .failure import Failure
 from .file import SearchFile
-from .propose import first, proposals
+from .propose import proposals, versions
 from . import rungs
-from .racing import layers, near_front, seeds_wanted
+from .racing import STANDARD_ERRORS, near_front, seeds_wanted, to_confirm
+from .space import first
 
 # Figures that only a finished cell names, because they depend on the run.
 OF_A_RUN = ("cameras_alone.", "energy.blocks.", "energy.rails.", "timing.extractor.")
@@ -102,7 +102,7 @@ def check_identity(state: State) -> None:
         raise Failure(f"{state.out}: {reason}")
     if state.out.exists() and any(state.out.iterdir()):
         raise Failure(f"{state.out}: holds files and no search; name an empty folder with --out")
-    write_whole(place, json.dumps({"search": state.search.identity, "optuna": optuna.__version__}) + "\n")
+    write_whole(place, json.dumps({"search": state.search.identity, "versions": versions()}) + "\n")
 
 
 @dataclass
@@ -147,7 +147,8 @@ def next_plan(state: State, engine: Engine) -> Plan:
         of_round = search.batch * search.replicates
         if search.sampler != "random":
             confirms = state.cells + of_round > (1.0 - CONFIRM_SHARE) * search.cells
-            ranked = layers(state.wish, summaries) if confirms else near_front(state.wish, summaries)
+            hopeful = summaries_of(state.wish, state.designs, STANDARD_ERRORS)
+            ranked = to_confirm(search, state.wish, state.designs, hopeful) if confirms else near_front(state.wish, hopeful)
             extra = seeds_wanted(search, ranked, min(left, of_round if confirms else int(RACE_SHARE * of_round)))
             left = 0 if confirms and extra else left
         left -= sum(len(seeds) for seeds in extra.values()) * len(search.trajectories)

@@ -1,40 +1,36 @@
-"""Proposes designs. Nothing is kept between rounds: the study is built again from the finished designs, and the sampler's seed is that of
-the round."""
+"""Proposes designs: by a sampler of Optuna, and once many have finished by Gaussian processes. Nothing is kept between rounds: the study is
+built again from the finished designs, and the sampler's seed is that of the round."""
 
 from __future__ import annotations
 
-import hashlib
 import itertools
 import warnings
 from collections.abc import Iterator
 
 import numpy
 import optuna
+import sklearn
 from optuna.distributions import BaseDistribution, CategoricalDistribution, FloatDistribution, IntDistribution
 
 from .designs import Summary, Wanted, front
 from .failure import Failure
 from .file import Factor, SearchFile
+from .space import drawn, generator_of, moved, seed_of, steps
+from .thompson import sampled
 
-# Share of a round's designs that are drawn evenly over the space: a sampler that saw few runs settles on what was lucky.
+# Share of a round's designs that are drawn evenly over the space: a sampler that saw few runs settles on what was lucky. As many lie beside
+# the best ones known, once any keeps all constraints. Processes explore by themselves and need half of it.
 EXPLORE_SHARE = 0.25
-# Share of a round's designs that lie beside the best ones known, once any keeps all constraints.
-NEAR_SHARE = 0.25
-# How far a range is moved at most, as a share of it.
-STEP_SHARE = 0.15
+# Finished designs for each factor from which Gaussian processes propose: ten, by the rule of Loeppky, Sacks and Welch (2009).
+DESIGNS_PER_FACTOR = 10
 # Asked again so often where a proposal is known already.
 TRIES = 20
 # Names of NSGA-II's generations in a study; a round is a generation.
 GENERATION = "NSGAIISampler:generation"
 
 
-def seed_of(search: SearchFile, turn: int) -> int:
-    """Of a round."""
-    return int.from_bytes(hashlib.sha256(f"{search.seed} {turn}".encode()).digest()[:4], "big")
-
-
 def kind(search: SearchFile) -> str:
-    """The sampler by name."""
+    """The sampler of Optuna by name."""
     return "tpe" if search.sampler == "auto" else search.sampler
 
 
@@ -50,9 +46,27 @@ def sampler(search: SearchFile, turn: int) -> optuna.samplers.BaseSampler:
         try:
             import torch  # noqa: F401
         except ModuleNotFoundError:
-            raise Failure(f"{search.path}: search.sampler = gp: needs torch, which is not installed; use tpe") from None
+            raise Failure(f"{search.path}: search.sampler = gp: needs torch, which is not installed; use auto") from None
         return optuna.samplers.GPSampler(n_startup_trials=1, seed=seed)
     return optuna.samplers.TPESampler(n_startup_trials=1, seed=seed)
+
+
+def designs_for_processes(search: SearchFile) -> int:
+    """From how many finished designs on Gaussian processes propose."""
+    return DESIGNS_PER_FACTOR * len(search.factors)
+
+
+def versions() -> dict[str, str]:
+    """Of the libraries that proposals depend on, by name."""
+    return {"optuna": optuna.__version__, "scikit-learn": sklearn.__version__, "numpy": numpy.__version__}
+
+
+def sampler_text(search: SearchFile) -> str:
+    """The sampler in words."""
+    text = f"{kind(search)} of Optuna {optuna.__version__}"
+    if search.sampler != "auto":
+        return text
+    return f"{text}, from {designs_for_processes(search)} designs on Gaussian processes of scikit-learn {sklearn.__version__}"
 
 
 def distribution(factor: Factor) -> BaseDistribution:
@@ -91,55 +105,10 @@ def study_of(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: i
     return study
 
 
-def first(search: SearchFile) -> list[dict]:
-    """A Latin hypercube: each range has as many equal parts as there are designs, and each part one of them (McKay 1979)."""
-    generator = numpy.random.Generator(numpy.random.PCG64(seed_of(search, 0)))
-    if kind(search) == "random":
-        shares = generator.random((search.start, len(search.factors)))
-    else:
-        parts = [generator.permutation(search.start) for _ in search.factors]
-        shares = (numpy.array(parts).T + generator.random((search.start, len(search.factors)))) / search.start
-    return [{factor.name: factor.at(float(share)) for factor, share in zip(search.factors, row)} for row in shares]
-
-
-def drawn(search: SearchFile, turn: int) -> Iterator[dict]:
-    """Endless designs, evenly over the space."""
-    generator = numpy.random.Generator(numpy.random.PCG64([seed_of(search, turn), 1]))
-    while True:
-        yield {factor.name: factor.at(float(share)) for factor, share in zip(search.factors, generator.random(len(search.factors)))}
-
-
-def other_choices(factor: Factor, value) -> list:
-    """The neighbours of a step of a scale, or all other choices."""
-    at = factor.choices.index(value)
-    return [one for number, one in enumerate(factor.choices) if abs(number - at) == 1 or (not factor.is_scale and number != at)]
-
-
-def moved(factor: Factor, value, generator: numpy.random.Generator):
-    """A value beside another: a step of a scale, up to a share of a range, or any other choice."""
-    if factor.is_range:
-        return factor.at(min(max(factor.share(value) + STEP_SHARE * (2.0 * generator.random() - 1.0), 0.0), 1.0))
-    beside = other_choices(factor, value)
-    return beside[generator.integers(len(beside))] if beside else value
-
-
-def steps(search: SearchFile, is_: dict) -> Iterator[dict]:
-    """Designs one step from another: along a scale, to another choice, or to the next whole number of an even range."""
-    for factor in search.factors:
-        value = is_[factor.name]
-        if not factor.is_range:
-            beside = other_choices(factor, value)
-        elif factor.is_whole and not factor.is_log:
-            beside = [one for one in (value - 1, value + 1) if factor.low <= one <= factor.high]
-        else:
-            beside = []
-        yield from ({**is_, factor.name: one} for one in beside)
-
-
 def beside_best(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: int) -> Iterator[dict]:
     """Designs beside the best: every step from one of them along a scale, so that no search ends a step from a better design; then,
     endlessly, those that differ in one or two factors. None while no design keeps all constraints."""
-    generator = numpy.random.Generator(numpy.random.PCG64([seed_of(search, turn), 2]))
+    generator = generator_of(search, turn, 2)
     best = front(wish, summaries)
     known = [one.design.is_ for one in summaries]
     around = [is_ for one in best for is_ in steps(search, one.design.is_) if is_ not in known]
@@ -172,19 +141,20 @@ def proposals(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: 
     found: list[dict] = []
 
     def take(source, most: int) -> None:
-        for is_ in itertools.islice(source, most + TRIES):
-            if len(found) == most:
-                return
-            if is_ not in known and is_ not in found:
-                found.append(is_)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+            for is_ in itertools.islice(source, most + TRIES):
+                if len(found) == most:
+                    return
+                if is_ not in known and is_ not in found:
+                    found.append(is_)
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
-        guided = count - int(EXPLORE_SHARE * count)
-        if kind(search) == "random":
-            take(asked(search, wish, summaries, turn), guided)
-        else:
-            take(asked(search, wish, summaries, turn), guided - int(NEAR_SHARE * count))
-            take(beside_best(search, wish, summaries, turn), guided)
-    take(drawn(search, turn), count)
+    by_processes = search.sampler == "auto" and len(summaries) >= designs_for_processes(search)
+    aside = int((0.5 if by_processes else 1.0) * EXPLORE_SHARE * count)
+    if kind(search) == "random":
+        take(asked(search, wish, summaries, turn), count - aside)
+    else:
+        take((sampled if by_processes else asked)(search, wish, summaries, turn), count - 2 * aside)
+        take(beside_best(search, wish, summaries, turn), count - aside)
+    take(drawn(search, generator_of(search, turn, 1)), count)
     return found

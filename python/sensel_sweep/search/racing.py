@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from .designs import Summary, Wanted, front
+from .choice import finalists
+from .designs import Design, Summary, Wanted, front
 from .file import SearchFile
 
 # A design stays in the race while nothing beats it by more than so many standard errors in every objective.
@@ -72,6 +73,21 @@ def layers(wish: Wanted, summaries: list[Summary]) -> list[Summary]:
         ordered += first
         left = [one for one in left if one not in first]
     return ordered
+
+
+def best_first(wish: Wanted, summaries: list[Summary]) -> list[Summary]:
+    """Feasible designs by layers of fronts, then the others by how far they miss."""
+    ordered = layers(wish, summaries)
+    others = [one for one in summaries if not one.is_feasible]
+    return ordered + sorted(others, key=lambda one: (one.total_excess, one.design.number))
+
+
+def to_confirm(search: SearchFile, wish: Wanted, designs: list[Design], hopeful: list[Summary]) -> list[Summary]:
+    """What the last cells go to: the designs that would be evaluated anew, fewest runs first, then those that may keep all constraints, by
+    layers of fronts."""
+    numbers = finalists(search, wish, designs, search.final.designs)
+    last = sorted((one for one in hopeful if one.design.number in numbers and not one.design.guess), key=lambda one: one.runs)
+    return last + [one for one in layers(wish, hopeful) if one not in last]
 
 
 def seeds_wanted(search: SearchFile, ranked: list[Summary], cells_most: int) -> dict[int, list[int]]:

@@ -17,7 +17,7 @@ from .choice import best, weights_of
 from .file import Rung
 from .loop import State
 from .outcome import CONFIDENCE, Judged, chosen, judged, limits_moved, prices_doubled, progress, search_front
-from .propose import kind, study_of
+from .propose import sampler_text, study_of, versions
 from .sureness import best_interval
 
 STYLE = """:root{color-scheme:light dark;--s1:#0b62c4;--s2:#b3541e;--s3:#2f7d32;--soft:#555;--grid:#e2e2e2;--rule:#888;--bg:#fff;
@@ -226,9 +226,9 @@ def facts_of(state: State, all_judged: list[Judged], number: int | None) -> dict
         final.append({"number": one.number, "means": means, "constraints": kept, "is_admissible": one.is_admissible})
     return {
         "file": search.path.name,
-        "sampler": kind(search),
+        "sampler": search.sampler,
         "seed": search.seed,
-        "optuna": optuna.__version__,
+        "versions": versions(),
         "cells": state.cells,
         "rounds": state.rounds,
         "is_finished": state.is_finished,
@@ -288,8 +288,8 @@ def page(state: State, all_judged: list[Judged], number: int | None, lines: list
     limits = "; ".join(one.text for one in wish.constraints) or "none"
     body = [
         f"<header><h1>{title}</h1><p>Wanted: {escape(wanted)}. Constraints: {escape(limits)}.</p>"
-        f"<p class=\"note\">{state.cells} cells of {len(state.designs)} designs in {state.rounds} rounds; sampler {kind(search)} of Optuna "
-        f"{optuna.__version__}, search seed {search.seed}. {refused} designs were refused by the scenario, {failed} cells failed, "
+        f"<p class=\"note\">{state.cells} cells of {len(state.designs)} designs in {state.rounds} rounds; sampler "
+        f"{sampler_text(search)}, search seed {search.seed}. {refused} designs were refused by the scenario, {failed} cells failed, "
         f"{lost} runs lost track.</p></header><main>",
         "<section><h2>The choice</h2>" + "".join(f"<p>{escape(line)}</p>" for line in lines),
         f"<pre>{escape(toml.split(chr(10) * 2, 1)[1])}</pre>" if toml else "",

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from .batch import Result, Run, write_whole
 from .designs import TRACKED, Design, Summary, Wanted, summary
 from .file import Rung, SearchFile
-from .racing import layers
+from .racing import best_first
 
 if TYPE_CHECKING:
     from ..cluster import Engine
@@ -207,13 +207,6 @@ def scaled(wish: Wanted, found: list[Agreement], design: Design) -> Summary:
 def estimate(left_out: dict, turn: int) -> Summary:
     """What a rung said of a proposal that it left out, for the sampler."""
     return Summary(Design(-1, left_out["is"], turn), tuple(left_out["means"]), tuple(left_out["excess"]), 0)
-
-
-def best_first(wish: Wanted, summaries: list[Summary]) -> list[Summary]:
-    """Feasible designs by layers of fronts, then the others by how far they miss."""
-    ordered = layers(wish, summaries)
-    others = [one for one in summaries if not one.is_feasible]
-    return ordered + sorted(others, key=lambda one: (one.total_excess, one.design.number))
 
 
 def sieved(state: State, engine: Engine, designs: list[Design], turn: int, count: int) -> tuple[list[Design], list[dict], int]:

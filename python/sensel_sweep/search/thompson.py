@@ -1,0 +1,119 @@
+"""Proposes designs by Thompson sampling (Thompson 1933): Gaussian processes stand for every objective and constraint, and each proposal is
+the best of many candidates in one draw of all of them. Designs that noise has misjudged are told by their neighbours."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import warnings
+from collections.abc import Iterator
+
+import numpy
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
+from threadpoolctl import threadpool_limits
+
+from .designs import Summary, Wanted
+from .file import SearchFile
+from .racing import best_first
+from .space import coordinates, drawn, generator_of, scattered
+
+# Candidates that are drawn evenly over the space, and as many again near the best designs.
+CANDIDATES = 300
+BEST_DESIGNS = 10
+# Designs that length scales and noise are fitted to; the processes themselves hold all.
+FITTED_MOST = 140
+LENGTH_SCALES = (0.3, 5.0)
+# By how much a constraint counts as kept or missed at most: what lies far from a limit says little of its edge.
+EXCESS_LEAST, EXCESS_MOST = -1.0, 1.5
+# A limit that is kept exactly, as counts and shares are, does not say by how much.
+EXCESS_EXACT = -0.5
+# Share of the sum in Knowles' augmented Chebyshev norm (2006), by which a draw weighs objectives against each other.
+SUM_SHARE = 0.05
+# Of a process's mean variance, added to the diagonal: candidates may lie close together.
+JITTER = 1e-6
+
+
+def fitted(points: numpy.ndarray, values: numpy.ndarray, generator: numpy.random.Generator) -> GaussianProcessRegressor:
+    """A process with a Matern kernel of one length scale for each axis, by maximum likelihood. Its logarithms of length scales and noise are
+    rounded, so that the last bits of a linear algebra do not reach the proposals."""
+    kernel = ConstantKernel(1.0, (1e-2, 1e3)) * Matern(numpy.full(points.shape[1], 0.7), LENGTH_SCALES, nu=2.5)
+    kernel += WhiteKernel(1e-2, (1e-8, 1.0))
+    some = slice(None)
+    if len(values) > FITTED_MOST:
+        some = numpy.sort(generator.choice(len(values), FITTED_MOST, replace=False))
+    with warnings.catch_warnings():
+        # Length scales at their bounds are meant: an axis that does not matter has the longest.
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        kernel = GaussianProcessRegressor(kernel, normalize_y=True).fit(points[some], values[some]).kernel_
+    kernel = kernel.clone_with_theta(numpy.round(kernel.theta, 2))
+    return GaussianProcessRegressor(kernel, optimizer=None, normalize_y=True).fit(points, values)
+
+
+def draws(process: GaussianProcessRegressor, points: numpy.ndarray, count: int, generator: numpy.random.Generator) -> numpy.ndarray:
+    """What the process may be at the points without the noise of runs: points by draws."""
+    mean, covariance = process.predict(points, return_cov=True)
+    own = numpy.arange(len(points))
+    scale = float(process._y_train_std) ** 2
+    covariance[own, own] += (JITTER - process.kernel_.k2.noise_level) * scale + JITTER * numpy.mean(numpy.diag(covariance))
+    root = numpy.linalg.cholesky(covariance)
+    return mean[:, None] + root @ generator.standard_normal((len(points), count))
+
+
+def objectives_of(wish: Wanted, summaries: list[Summary]) -> list[tuple[list[int], list[float]]]:
+    """By objective, which designs have it and what it is, small being good: the logarithm of a figure above zero."""
+    found = []
+    for number, objective in enumerate(wish.objectives):
+        known = [at for at, one in enumerate(summaries) if one.means[number] is not None]
+        values = [summaries[at].means[number] for at in known]
+        is_log = all(value > 0.0 for value in values)
+        found.append((known, [objective.sign * (math.log(value) if is_log else value) for value in values]))
+    return found
+
+
+def constraints_of(summaries: list[Summary]) -> list[numpy.ndarray]:
+    """Excess of every constraint that some design keeps and some other misses."""
+    rows = [numpy.array(row) for row in zip(*(one.excess for one in summaries))]
+    rows = [numpy.clip(numpy.where(row == 0.0, EXCESS_EXACT, row), EXCESS_LEAST, EXCESS_MOST) for row in rows]
+    return [row for row in rows if row.min() < 0.0 < row.max()]
+
+
+def chebyshev(values: numpy.ndarray, is_kept: numpy.ndarray, weights: numpy.ndarray) -> numpy.ndarray:
+    """One number for several objectives (objectives by points), small being good, over the span of the points that keep all constraints."""
+    among = values[:, is_kept] if is_kept.any() else values
+    low, high = among.min(axis=1), among.max(axis=1)
+    weighted = weights[:, None] * (values - low[:, None]) / numpy.where(high > low, high - low, 1.0)[:, None]
+    return weighted.max(axis=0) + SUM_SHARE * weighted.sum(axis=0)
+
+
+def candidates(search: SearchFile, wish: Wanted, summaries: list[Summary], generator: numpy.random.Generator) -> list[dict]:
+    """Unknown designs, over the space and near the best ones."""
+    around = [one.design.is_ for one in best_first(wish, summaries)[:BEST_DESIGNS]]
+    pool = list(itertools.islice(drawn(search, generator), CANDIDATES))
+    pool += [scattered(search, is_, generator) for is_ in around for _ in range(CANDIDATES // len(around))]
+    known = [one.design.is_ for one in summaries]
+    return [is_ for is_ in pool if is_ not in known]
+
+
+def sampled(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: int) -> Iterator[dict]:
+    """A round's proposals; may repeat themselves."""
+    generator = generator_of(search, turn, 3)
+    pool = candidates(search, wish, summaries, generator)
+    objectives = [one for one in objectives_of(wish, summaries) if len(one[0]) > 1]
+    if not pool or not objectives:
+        return
+    points = numpy.array([coordinates(search, is_) for is_ in pool])
+    known = numpy.array([coordinates(search, one.design.is_) for one in summaries])
+    # One thread, so that sums have one order on any number of cores.
+    with threadpool_limits(1):
+        drawn_objectives = numpy.array([
+            draws(fitted(known[have], numpy.array(values), generator), points, search.batch, generator) for have, values in objectives
+        ])
+        excess = numpy.zeros((len(pool), search.batch))
+        for row in constraints_of(summaries):
+            excess += numpy.maximum(draws(fitted(known, row, generator), points, search.batch, generator), 0.0)
+    for at in range(search.batch):
+        weights = generator.dirichlet(numpy.ones(len(objectives)))
+        price = chebyshev(drawn_objectives[:, :, at], excess[:, at] <= 0.0, weights)
+        yield pool[numpy.lexsort((price, excess[:, at]))[0]]
