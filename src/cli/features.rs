@@ -144,7 +144,7 @@ fn said(pixel: &PixelFate, threshold: u16) -> String {
             "a corner of score {score} that its cell does not keep: its rank is {rank}, the least one kept {least_rank} (of equal \
              ones the first stay)"
         ),
-        Fate::Dropped => {
+        Fate::Lost => {
             format!("a corner of score {score} that no engine loads: the queue is full, or its rows are overwritten")
         }
         Fate::Feature { number } => format!("a corner of score {score}: feature {number} of the list, from 0"),

@@ -58,7 +58,7 @@ pub enum Fate {
         least_rank: u16,
     },
     /// The queue was full, or its rows were overwritten before an engine had loaded them.
-    Dropped,
+    Lost,
     /// A feature left.
     Feature {
         /// Which one, from 0.
@@ -175,7 +175,7 @@ fn of_corner<W: Word>(
         let [x, y] = [feature.x, feature.y].map(|place| u32::from(place.to_bits()));
         (feature.octave, x, y) == (octave, place(x_px), place(y_px))
     });
-    left.map_or(Fate::Dropped, |number| Fate::Feature { number })
+    left.map_or(Fate::Lost, |number| Fate::Feature { number })
 }
 
 #[cfg(test)]
@@ -219,7 +219,7 @@ mod tests {
                         Fate::Suppressed { .. } => 2,
                         Fate::WithoutPatch => 3,
                         Fate::Unselected { .. } => 4,
-                        Fate::Dropped => 5,
+                        Fate::Lost => 5,
                         Fate::Feature { number } => {
                             let feature = &extracted.features[number];
                             assert_eq!((feature.octave, feature.score), (fate.octave, fate.arc_difference - 1));

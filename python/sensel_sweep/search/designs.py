@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-# Not `scipy.stats`, which takes a second to load.
-from scipy import special
-
 from .batch import Result, Run
 from .failure import nearest
 from .file import Constraint, Objective, SearchFile
+from .scatter import Scatter, at_share, mean_of_all, misses_too_often, scatter_of
 
 # Sections of figures that a lost track makes meaningless, with the share of frames that are tracked.
 TRACKED = {"tracking.": "tracking.tracked_fraction", "cameras_alone.": "cameras_alone.tracked_fraction"}
@@ -20,8 +18,6 @@ SECOND = "cameras_alone."
 MISSING_EXCESS = 1.0
 # What a limit that is met exactly where it must be undercut counts as.
 TOUCHED_EXCESS = 1e-9
-# Runs that the scatter of all designs counts as beside a design's own.
-PRIOR_RUNS = 4.0
 
 
 def full_name(figure: str, known: list[str]) -> str:
@@ -130,40 +126,13 @@ class Summary:
         return sum(one for one in self.excess if one > 0.0)
 
 
-@dataclass(frozen=True)
-class Scatter:
-    """Variance of a figure between runs of one design, pooled over designs."""
-
-    variance: float
-    # Whether it is that of the logarithm.
-    is_log: bool
-
-
-def scatter_of(constraint: Constraint, wish: Wanted, designs: list[Design]) -> Scatter | None:
-    """Of designs of two runs or more that all keep the limit: others scatter more, by far where a run nearly loses its track. None without
-    such designs."""
-    rows = [[wish.value(constraint.figure, result) for result in design.results.values()] for design in designs]
-    rows = [row for row in rows if len(row) > 1 and all(constraint.is_met(value) for value in row)]
-    is_log = all(value > 0.0 for row in rows for value in row)
-    rows = [[math.log(value) if is_log else value for value in row] for row in rows]
-    freedom = sum(len(row) - 1 for row in rows)
-    return Scatter(math.fsum(map(squares_about_mean, rows)) / freedom, is_log) if freedom else None
-
-
 def scatters(wish: Wanted, designs: list[Design]) -> tuple[Scatter | None, ...]:
     """By constraint; none for those without a share."""
-    return tuple(None if one.share is None else scatter_of(one, wish, designs) for one in wish.constraints)
 
+    def rows(figure: str) -> list[list[float | None]]:
+        return [[wish.value(figure, result) for result in design.results.values()] for design in designs]
 
-def mean_of_all(values: list[float]) -> float:
-    """Of one value or more."""
-    return math.fsum(values) / len(values)
-
-
-def squares_about_mean(values: list[float]) -> float:
-    """Sum of the squared differences to the mean."""
-    mean = mean_of_all(values)
-    return math.fsum((value - mean) ** 2 for value in values)
+    return tuple(None if one.share is None else scatter_of(one, rows(one.figure)) for one in wish.constraints)
 
 
 def excess_at(constraint: Constraint, value: float | None) -> float:
@@ -175,26 +144,15 @@ def excess_at(constraint: Constraint, value: float | None) -> float:
     return TOUCHED_EXCESS if beyond <= 0.0 and not constraint.is_met(value) else beyond
 
 
-def at_share(constraint: Constraint, values: list[float], scatter: Scatter, errors: float = 0.0) -> float:
-    """The value at a constraint's share of further runs, from the mean of few: a normal distribution, or a log-normal one, with this
-    scatter and the mean's own error. A design's own scatter takes the place of that of all designs as its runs grow in number. The mean is
-    better than it was measured by so many standard errors."""
-    values = [math.log(value) if scatter.is_log else value for value in values]
-    mean, runs = mean_of_all(values), len(values)
-    variance = (PRIOR_RUNS * scatter.variance + squares_about_mean(values)) / (PRIOR_RUNS + runs - 1)
-    margin = float(special.ndtri(constraint.share)) * math.sqrt(variance * (1.0 + 1.0 / runs)) - errors * math.sqrt(variance / runs)
-    value = mean + margin if constraint.relation.startswith("<") else mean - margin
-    return math.exp(value) if scatter.is_log else value
-
-
 def excess_of(constraint: Constraint, values: list[float | None], scatter: Scatter | None = None, errors: float = 0.0) -> float:
-    """By how much the run at the constraint's share misses the limit: 0 or below where it is kept, on a logarithmic scale. Few runs show no
-    miss by luck, so with a scatter the value that is expected at that share counts too."""
+    """By how much the run at the constraint's share misses the limit: 0 or below where it is kept, on a logarithmic scale. With a scatter it is
+    the value that is expected at that share, and the run of these only where more of them miss than chance explains."""
     beyond = sorted(excess_at(constraint, value) for value in values)
     at = len(beyond) - 1 if constraint.share is None else min(math.ceil(constraint.share * len(beyond) - 1e-9), len(beyond)) - 1
     most, known = beyond[at], [value for value in values if value is not None]
     if scatter is not None and known and (not scatter.is_log or min(known) > 0.0):
-        most = max(most, excess_at(constraint, at_share(constraint, known, scatter, errors)))
+        expected = excess_at(constraint, at_share(constraint, known, scatter, errors))
+        most = max(most, expected) if misses_too_often(constraint, sum(one > 0.0 for one in beyond), len(values)) else expected
     return math.copysign(math.log1p(abs(most)), most)
 
 
