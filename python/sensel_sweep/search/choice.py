@@ -9,7 +9,7 @@ from .designs import Design, Wanted, dominates, front, place, summaries_of
 from .file import SearchFile
 
 # By which shares of themselves limits are tightened for finalists.
-TIGHTER = (0.15, 0.3, 0.45)
+TIGHTER = (0.1, 0.2, 0.3)
 
 
 def score(wish: Wanted, means: tuple[float | None, ...], weights: list[float], all_means: list[tuple]) -> float:
@@ -48,7 +48,8 @@ def tightened(wish: Wanted, share: float) -> Wanted:
 
 def finalists(search: SearchFile, wish: Wanted, designs: list[Design], count: int) -> list[int]:
     """Designs to evaluate anew: the best ones at the stated prices, also with tighter limits, since a search ends where its runs just keep
-    them; those at prices that favour each objective; others along the front; the next behind it; and every guess."""
+    them; those at prices that favour each objective; others along the front; the next behind it; where none keeps all constraints, those that miss
+    them least; and every guess."""
     summaries = summaries_of(wish, designs)
     on_front = front(wish, summaries)
     means = {one.design.number: one.means for one in on_front}
@@ -75,6 +76,10 @@ def finalists(search: SearchFile, wish: Wanted, designs: list[Design], count: in
         for one in layer:
             add(one.design.number)
         behind = [one for one in behind if one not in layer]
+    # Where no design keeps all constraints, those that miss them least.
+    missing = [] if chosen else sorted((one for one in summaries if one.runs), key=lambda one: (one.total_excess, one.design.number))
+    for one in missing:
+        add(one.design.number)
     known = {one.design.number for one in summaries if one.runs}
     guesses = [one.design.number for one in summaries if one.design.guess and one.design.number in known]
     return sorted({*chosen, *guesses})

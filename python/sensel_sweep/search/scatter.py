@@ -10,11 +10,13 @@ from scipy import special
 
 from .file import Constraint
 
-# Degrees of freedom that the pooled variance counts as beside a design's own: at least and at most, and designs that the estimate needs.
-FREEDOM_LEAST, FREEDOM_MOST = 4.0, 100.0
-DESIGNS_FOR_FREEDOM = 10
+# Designs that are pooled at least, if there are as many.
+DESIGNS_POOLED = 10
+# Degrees of freedom that the pooled variance counts as beside a design's own. Variances of designs in the hall differ by no more than their
+# runs explain (docs/search.md).
+FREEDOM = 32.0
 # Runs beyond a share that tell where it lies.
-RUNS_BEYOND = 5
+RUNS_BEYOND = 3
 # A design misses a share where so few or fewer of designs that just keep it would miss as many runs.
 SIGNIFICANCE = 0.05
 
@@ -24,8 +26,6 @@ class Scatter:
     """Of a figure between runs of one design, pooled over designs."""
 
     variance: float
-    # Degrees of freedom that it counts as beside a design's own.
-    freedom: float
     # How much further out than by a normal distribution the value at the constraint's share lies.
     tail: float
     # Whether it is that of the logarithm.
@@ -43,24 +43,6 @@ def squares_about_mean(values: list[float]) -> float:
     return math.fsum((value - mean) ** 2 for value in values)
 
 
-def prior_freedom(rows: list[list[float]]) -> float:
-    """Degrees of freedom of the pooled variance as a prior of each design's own (Smyth 2004): few where designs' variances differ by more
-    than their runs explain, many where they do not."""
-    known = [(len(row) - 1, squares_about_mean(row)) for row in rows]
-    known = [(freedom, squares / freedom) for freedom, squares in known if squares > 0.0]
-    if len(known) < DESIGNS_FOR_FREEDOM:
-        return FREEDOM_LEAST
-    logs = [math.log(variance) - float(special.digamma(0.5 * freedom)) + math.log(0.5 * freedom) for freedom, variance in known]
-    by_runs = mean_of_all([float(special.polygamma(1, 0.5 * freedom)) for freedom, _ in known])
-    unexplained = squares_about_mean(logs) / (len(logs) - 1) - by_runs
-    low, high = FREEDOM_LEAST, FREEDOM_MOST
-    # The trigamma function falls.
-    for _ in range(50):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if special.polygamma(1, 0.5 * middle) > unexplained else (low, middle)
-    return low
-
-
 def tail_of(constraint: Constraint, rows: list[list[float]], variance: float) -> float:
     """How much further from their design's mean the runs at the constraint's share are than by a normal distribution: 1 at least, and where
     too few runs are beyond the share to tell."""
@@ -73,20 +55,21 @@ def tail_of(constraint: Constraint, rows: list[list[float]], variance: float) ->
 
 
 def scatter_of(constraint: Constraint, rows: list[list[float | None]]) -> Scatter | None:
-    """From a figure's values by design: of designs of two runs or more whose mean keeps the limit, as others scatter more, by far where a run
-    nearly loses its track. None without such designs."""
+    """From a figure's values by design: of the better half of the designs of two runs or more whose mean keeps the limit. The others scatter
+    more, by far where a run nearly loses its track. None without such designs."""
     known = [row for row in ([value for value in row if value is not None] for row in rows) if len(row) > 1]
     is_log = constraint.limit > 0.0 and all(value > 0.0 for row in known for value in row)
     known = [[math.log(value) if is_log else value for value in row] for row in known]
     limit = math.log(constraint.limit) if is_log else constraint.limit
     sign = 1.0 if constraint.relation.startswith("<") else -1.0
-    known = [row for row in known if sign * mean_of_all(row) <= sign * limit]
+    known = sorted((row for row in known if sign * mean_of_all(row) <= sign * limit), key=lambda row: sign * mean_of_all(row))
+    known = known[: max(DESIGNS_POOLED, math.ceil(0.5 * len(known)))]
     freedom = sum(len(row) - 1 for row in known)
     if not freedom:
         return None
     variance = math.fsum(map(squares_about_mean, known)) / freedom
     tail = tail_of(constraint, known, variance) if variance > 0.0 else 1.0
-    return Scatter(variance, prior_freedom(known), tail, is_log)
+    return Scatter(variance, tail, is_log)
 
 
 def at_share(constraint: Constraint, values: list[float], scatter: Scatter, errors: float = 0.0) -> float:
@@ -95,8 +78,8 @@ def at_share(constraint: Constraint, values: list[float], scatter: Scatter, erro
     by so many standard errors."""
     values = [math.log(value) if scatter.is_log else value for value in values]
     mean, runs = mean_of_all(values), len(values)
-    freedom = scatter.freedom + runs - 1
-    variance = (scatter.freedom * scatter.variance + squares_about_mean(values)) / freedom
+    freedom = FREEDOM + runs - 1
+    variance = (FREEDOM * scatter.variance + squares_about_mean(values)) / freedom
     quantile = scatter.tail * float(special.stdtrit(freedom, constraint.share))
     margin = quantile * math.sqrt(variance * (1.0 + 1.0 / runs)) - errors * math.sqrt(variance / runs)
     value = mean + margin if constraint.relation.startswith("<") else mean - margin
