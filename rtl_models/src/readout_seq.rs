@@ -44,12 +44,6 @@ impl SeqConfig {
         rule((1..self.vts).contains(&self.exposure_lines), "the exposure takes 1 line to one less than the frame")?;
         rule(self.rows <= self.vts && self.vts < 1 << 16, "a frame holds all rows in fewer than 2^16 lines")
     }
-
-    /// Clock within the line, from 0, in which step `crossing` of a ramp is looked at.
-    pub fn step_clock(&self, down: bool, crossing: u32) -> u32 {
-        let before = if down { 0 } else { self.n_ramp_reset + self.n_settle_signal };
-        self.n_settle_reset + before + crossing - 1
-    }
 }
 
 /// Pins that enter, as they stand at the rising edge.
