@@ -237,6 +237,15 @@ impl Technology {
         Ok(())
     }
 
+    /// The same with some constants multiplied: what a fit moves.
+    #[must_use]
+    pub fn multiplied(mut self, constants: &[Constant], factor: f64) -> Self {
+        for &constant in constants {
+            self.values[constant as usize].value *= factor;
+        }
+        self
+    }
+
     /// The value of a constant in its unit.
     pub fn value(&self, constant: Constant) -> f64 {
         self.values[constant as usize].value

@@ -4,9 +4,10 @@ use super::clocks::MeasuredCost;
 use super::errors::Squares;
 use super::knobs::Setting;
 use super::measure::LadderBench;
-use super::pictures::{mean_square, render_all, sense_all};
+use super::pictures::{Rendered, mean_square, render_all, render_until, sense_all};
 use super::reference::{Reference, SHARE, reference};
 use crate::error::Error;
+use crate::num::f64_from_usize;
 use crate::run::probe::Place;
 use crate::units::FrameIndex;
 
@@ -51,6 +52,16 @@ impl<'a> HeldOut<'a> {
     pub fn renders(&self, settings: &[Setting], repeats: u32) -> Result<Vec<SettingVerdict>, Error> {
         let rendered = render_all(self.bench, &self.reference, settings, repeats)?;
         Ok(rendered.iter().map(|one| verdict(&one.errors, one.cost, one.rays_per_pixel)).collect())
+    }
+
+    /// A render alone, timed once; none where its error is above `worst` whatever its last frames show.
+    pub fn render_within(&self, setting: &Setting, worst: f64) -> Result<Option<SettingVerdict>, Error> {
+        let all = f64_from_usize(self.reference.judged.len());
+        let hopeless =
+            |one: &Rendered| f64_from_usize(one.errors.len()) / all * mean_square(&one.errors) > worst * worst;
+        let one = render_until(self.bench, &self.reference, setting, &hopeless)?;
+        let is_whole = one.errors.len() == self.reference.judged.len() && !hopeless(&one);
+        Ok(is_whole.then(|| verdict(&one.errors, one.cost, one.rays_per_pixel)))
     }
 
     /// Chains alone, on the reference's photons, timed this many times in turns.
