@@ -47,6 +47,9 @@ def tails_are_those_of_the_runs():
     draws = generator.standard_t(4.0, (800, 10)) * 0.2 / math.sqrt(2.0)
     heavy = scatter_of(ATE, beside_worse((0.004 * numpy.exp(draws)).tolist())).tail * normal
     assert abs(heavy - 2.650) < 4 * 0.08, heavy
+    half = constraint("tracking.ate_m < 0.010 for 50 %")
+    assert scatter_of(half, (0.004 * numpy.exp(draws)).tolist()).tail == 1.0
+    assert abs(at_share(half, [0.004, 0.009], Scatter(0.04, 1.0, True)) - 0.006) < 1e-12
     # The lower tail of a figure that must be large: the same draws upside down.
     least = constraint("tracking.ate_m > 0.010 for 99 %")
     assert abs(scatter_of(least, (0.025 * numpy.exp(-draws)).tolist() + [[0.0105, 0.011]] * 800).tail * normal - heavy) < 1e-9

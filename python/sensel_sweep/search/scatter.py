@@ -45,13 +45,15 @@ def squares_about_mean(values: list[float]) -> float:
 
 def tail_of(constraint: Constraint, rows: list[list[float]], variance: float) -> float:
     """How much further from their design's mean the runs at the constraint's share are than by a normal distribution: 1 at least, and where
-    too few runs are beyond the share to tell."""
+    too few runs are beyond the share to tell, or more than half of them."""
+    normal, out = float(special.ndtri(constraint.share)), (1.0 - constraint.share) * sum(map(len, rows))
+    if normal <= 0.0 or out < RUNS_BEYOND:
+        return 1.0
     sign = 1.0 if constraint.relation.startswith("<") else -1.0
     beyond = sorted(
         sign * (value - mean_of_all(row)) * math.sqrt(len(row) / (len(row) - 1) / variance) for row in rows for value in row
     )
-    out = (1.0 - constraint.share) * len(beyond)
-    return max(1.0, beyond[len(beyond) - math.ceil(out)] / float(special.ndtri(constraint.share))) if out >= RUNS_BEYOND else 1.0
+    return max(1.0, beyond[len(beyond) - math.ceil(out)] / normal)
 
 
 def scatter_of(constraint: Constraint, rows: list[list[float | None]]) -> Scatter | None:
