@@ -73,10 +73,10 @@ def objectives_of(wish: Wanted, summaries: list[Summary]) -> list[tuple[list[int
 
 
 def constraints_of(summaries: list[Summary]) -> list[numpy.ndarray]:
-    """Excess of every constraint that some design keeps and some other misses."""
+    """Excess of every constraint that some design misses, where designs differ in it."""
     rows = [numpy.array(row) for row in zip(*(one.excess for one in summaries))]
     rows = [numpy.clip(numpy.where(row == 0.0, EXCESS_EXACT, row), EXCESS_LEAST, EXCESS_MOST) for row in rows]
-    return [row for row in rows if row.min() < 0.0 < row.max()]
+    return [row for row in rows if row.max() > max(row.min(), 0.0)]
 
 
 def chebyshev(values: numpy.ndarray, is_kept: numpy.ndarray, weights: numpy.ndarray) -> numpy.ndarray:
@@ -97,7 +97,7 @@ def candidates(search: SearchFile, wish: Wanted, summaries: list[Summary], gener
 
 
 def sampled(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: int) -> Iterator[dict]:
-    """A round's proposals; may repeat themselves."""
+    """A round's proposals, each once."""
     generator = generator_of(search, turn, 3)
     pool = candidates(search, wish, summaries, generator)
     objectives = [one for one in objectives_of(wish, summaries) if len(one[0]) > 1]
@@ -113,7 +113,10 @@ def sampled(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: in
         excess = numpy.zeros((len(pool), search.batch))
         for row in constraints_of(summaries):
             excess += numpy.maximum(draws(fitted(known, row, generator), points, search.batch, generator), 0.0)
-    for at in range(search.batch):
+    taken: set[int] = set()
+    for at in range(min(search.batch, len(pool))):
         weights = generator.dirichlet(numpy.ones(len(objectives)))
         price = chebyshev(drawn_objectives[:, :, at], excess[:, at] <= 0.0, weights)
-        yield pool[numpy.lexsort((price, excess[:, at]))[0]]
+        best = next(int(place) for place in numpy.lexsort((price, excess[:, at])) if place not in taken)
+        taken.add(best)
+        yield pool[best]
