@@ -202,6 +202,9 @@ def the_last_cells_go_to_those_that_are_evaluated_anew():
     assert sorted(numbers) == [0, 1, 2, 3] and numbers[-1] == 3, numbers
     chosen = choice.finalists(search, WISH, designs, 2)
     assert set(numbers[:2]) == set(chosen) and ranked[0].runs <= ranked[1].runs, (numbers, chosen)
+    # Where no design keeps all constraints, those that miss them least.
+    missing = [design(number, [result(10.0, 0.01, tracked=share)]) for number, share in enumerate((0.2, 0.9, 0.5, 0.8))]
+    assert choice.finalists(search, WISH, missing, 2) == [1, 3]
 
 
 def main():

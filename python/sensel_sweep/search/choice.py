@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
-from .designs import Design, Wanted, dominates, front, place, summaries_of
+from .designs import Design, Wanted, best_first, front, layers, summaries_of
 from .file import SearchFile
 
 # By which shares of themselves limits are tightened for finalists.
@@ -67,18 +68,11 @@ def finalists(search: SearchFile, wish: Wanted, designs: list[Design], count: in
     for number in range(len(weights)):
         add(best(wish, means, [2.0 * weight if place == number else weight for place, weight in enumerate(weights)]))
     step = max(1, math.ceil(len(on_front) / max(count, 1)))
-    for one in [*on_front[::step], *on_front]:
-        add(one.design.number)
-    behind = [one for one in summaries if one.is_feasible and one.design.number not in means]
-    while behind and len(chosen) < count:
-        places = [place(wish, one.means) for one in behind]
-        layer = [one for one, own in zip(behind, places) if not any(dominates(other, own) for other in places)]
-        for one in layer:
-            add(one.design.number)
-        behind = [one for one in behind if one not in layer]
     # Where no design keeps all constraints, those that miss them least.
-    missing = [] if chosen else sorted((one for one in summaries if one.runs), key=lambda one: (one.total_excess, one.design.number))
-    for one in missing:
+    ordered = layers(wish, summaries) if on_front else best_first(wish, [one for one in summaries if one.runs])
+    for one in itertools.chain(on_front[::step], ordered):
+        if len(chosen) == count:
+            break
         add(one.design.number)
     known = {one.design.number for one in summaries if one.runs}
     guesses = [one.design.number for one in summaries if one.design.guess and one.design.number in known]

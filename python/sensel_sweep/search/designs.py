@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from .batch import Result, Run
@@ -196,6 +197,21 @@ def front(wish: Wanted, summaries: list[Summary]) -> list[Summary]:
     places = [place(wish, one.means) for one in feasible]
     kept = [one for one, own in zip(feasible, places) if not any(dominates(other, own) for other in places)]
     return sorted(kept, key=lambda one: (place(wish, one.means), one.design.number))
+
+
+def layers(wish: Wanted, summaries: list[Summary]) -> Iterator[Summary]:
+    """All feasible designs: the front, then the front without it, and so on."""
+    left = [one for one in summaries if one.is_feasible]
+    while left:
+        first = front(wish, left)
+        yield from first
+        left = [one for one in left if one not in first]
+
+
+def best_first(wish: Wanted, summaries: list[Summary]) -> list[Summary]:
+    """Feasible designs by layers of fronts, then the others by how far they miss."""
+    others = [one for one in summaries if not one.is_feasible]
+    return [*layers(wish, summaries), *sorted(others, key=lambda one: (one.total_excess, one.design.number))]
 
 
 def hypervolume(places: list[list[float]], reference: list[float]) -> float:

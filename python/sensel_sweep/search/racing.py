@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from .choice import finalists
-from .designs import Design, Summary, Wanted, front
+from .designs import Design, Summary, Wanted, layers
 from .file import SearchFile
 
 # A design stays in the race while nothing beats it by more than so many standard errors in every objective.
@@ -63,23 +63,6 @@ def near_front(wish: Wanted, summaries: list[Summary]) -> list[Summary]:
 
     ranked = sorted((lead(one, own), one.design.number, one) for one, own in zip(feasible, places))
     return [one for ahead, _, one in ranked if ahead <= STANDARD_ERRORS]
-
-
-def layers(wish: Wanted, summaries: list[Summary]) -> list[Summary]:
-    """All feasible designs: the front, then the front without it, and so on."""
-    left, ordered = [one for one in summaries if one.is_feasible], []
-    while left:
-        first = front(wish, left)
-        ordered += first
-        left = [one for one in left if one not in first]
-    return ordered
-
-
-def best_first(wish: Wanted, summaries: list[Summary]) -> list[Summary]:
-    """Feasible designs by layers of fronts, then the others by how far they miss."""
-    ordered = layers(wish, summaries)
-    others = [one for one in summaries if not one.is_feasible]
-    return ordered + sorted(others, key=lambda one: (one.total_excess, one.design.number))
 
 
 def to_confirm(search: SearchFile, wish: Wanted, designs: list[Design], hopeful: list[Summary]) -> list[Summary]:

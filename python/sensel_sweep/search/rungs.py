@@ -11,9 +11,8 @@ from statistics import NormalDist, median
 from typing import TYPE_CHECKING
 
 from .batch import Result, Run, write_whole
-from .designs import TRACKED, Design, Summary, Wanted, summary
+from .designs import TRACKED, Design, Summary, Wanted, best_first, summary
 from .file import Rung, SearchFile
-from .racing import best_first
 
 if TYPE_CHECKING:
     from ..cluster import Engine

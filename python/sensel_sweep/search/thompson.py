@@ -14,9 +14,8 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
 from threadpoolctl import threadpool_limits
 
-from .designs import Summary, Wanted
+from .designs import Summary, Wanted, best_first
 from .file import SearchFile
-from .racing import best_first
 from .space import coordinates, drawn, generator_of, scattered
 
 # Candidates that are drawn evenly over the space, and as many again near the best designs.
