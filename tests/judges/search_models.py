@@ -112,7 +112,7 @@ def draws_are_those_of_a_gaussian_process():
     across = matern(asked, points)
     mean = values.mean() + values.std() * (across @ inverse @ (values - values.mean()) / values.std())
     covariance = values.var() * (matern(asked, asked) - across @ inverse @ across.T)
-    found = thompson.draws(process, asked, 4_000, generator)
+    found = thompson.draws(points, values, asked, 4_000, generator)
     sds = numpy.sqrt(numpy.diag(covariance))
     assert numpy.all(numpy.abs(found.mean(axis=1) - mean) < 5.0 * sds / math.sqrt(4_000)), (found.mean(axis=1), mean)
     # Elements of a covariance of n draws scatter by at most sqrt(2 / n) of the product of both deviations.

@@ -50,11 +50,15 @@ def fitted(points: numpy.ndarray, values: numpy.ndarray, generator: numpy.random
     return GaussianProcessRegressor(kernel, optimizer=None, normalize_y=True).fit(points, values)
 
 
-def draws(process: GaussianProcessRegressor, points: numpy.ndarray, count: int, generator: numpy.random.Generator) -> numpy.ndarray:
-    """What the process may be at the points without the noise of runs: points by draws."""
+def draws(
+    known: numpy.ndarray, values: numpy.ndarray, points: numpy.ndarray, count: int, generator: numpy.random.Generator
+) -> numpy.ndarray:
+    """What a process through the known values may be at the points without the noise of runs: points by draws."""
+    process = fitted(known, values, generator)
     mean, covariance = process.predict(points, return_cov=True)
     own = numpy.arange(len(points))
-    scale = float(process._y_train_std) ** 2
+    # Kernels are of values of unit variance.
+    scale = float(values.std()) ** 2
     covariance[own, own] += (JITTER - process.kernel_.k2.noise_level) * scale + JITTER * numpy.mean(numpy.diag(covariance))
     root = numpy.linalg.cholesky(covariance)
     return mean[:, None] + root @ generator.standard_normal((len(points), count))
@@ -107,11 +111,11 @@ def sampled(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: in
     # One thread, so that sums have one order on any number of cores.
     with threadpool_limits(1):
         drawn_objectives = numpy.array([
-            draws(fitted(known[have], numpy.array(values), generator), points, search.batch, generator) for have, values in objectives
+            draws(known[have], numpy.array(values), points, search.batch, generator) for have, values in objectives
         ])
         excess = numpy.zeros((len(pool), search.batch))
         for row in constraints_of(summaries):
-            excess += numpy.maximum(draws(fitted(known, row, generator), points, search.batch, generator), 0.0)
+            excess += numpy.maximum(draws(known, row, points, search.batch, generator), 0.0)
     taken: set[int] = set()
     for at in range(min(search.batch, len(pool))):
         weights = generator.dirichlet(numpy.ones(len(objectives)))
