@@ -157,6 +157,23 @@ def processes_find_the_edge_of_a_constraint():
     # A draw of three standard deviations is 0.09 of the error's logarithm: 0.64 mW below the least power that keeps the limit.
     assert -0.65 < ends["processes"] < 0.25 and abs(ends["processes"]) < 0.5 * ends["chance"], ends
 
+    # A limit on a share of the runs is tightened evenly up to what the best design keeps: proposals lie at the limit and far below it.
+    summaries = [summary(wish, one) for one in designs]
+    below = {}
+    for own in (limit, replace(limit, share=0.99)):
+        asked = replace(wish, constraints=(own,))
+        proposed = [is_ for turn in range(6, 12) for is_ in thompson.sampled(search, asked, summaries, turn)]
+        errors = [run(is_).figures[limit.figure] / limit.limit for is_ in proposed]
+        below[own.share] = [sum(error < share for error in errors) / len(errors) for share in (0.75, 0.9, 1.0)]
+    assert below[None][1] < 0.2 and 0.02 < below[0.99][0] < 0.4 < below[0.99][1] < 0.8 < below[0.99][2], below
+
+    # A margin that no design can have is not asked for: the best design decides how far a limit is tightened.
+    rows = [replace(one, excess=(excess, 0.0)) for one, excess in zip(summaries, (0.2, -0.05))]
+    ((values, most),) = thompson.constraints_of(replace(wish, constraints=(replace(limit, share=0.99),)), rows)
+    assert values.tolist() == [0.2, -0.05] and most == 0.05
+    ((_, most),) = thompson.constraints_of(wish, rows)
+    assert most == 0.0
+
 
 def main():
     checks = [scatter_is_pooled_over_designs_that_keep_the_limit, tails_are_those_of_the_runs, the_share_expected_is_the_share_that_comes]

@@ -58,7 +58,7 @@ designs = 2
 #[test]
 fn the_parts_of_a_search_keep_closed_forms() {
     let said = judge("search_parts.py", &[]);
-    assert_eq!((said["volumes"].as_u64(), said["checks"].as_u64()), (Some(80), Some(10)), "{said}");
+    assert_eq!((said["volumes"].as_u64(), said["checks"].as_u64()), (Some(80), Some(12)), "{said}");
 }
 
 #[test]
@@ -151,7 +151,7 @@ fn sensel_sweep(calls: &[Vec<&str>]) -> Vec<(i64, String)> {
 #[test]
 fn a_bad_search_is_refused_before_its_first_cell() {
     let bits = "key = \"sensor.adc.bits\"\nlow = 4\nhigh = 10\nwhole = true";
-    let cases: [(&str, &str, &[&str]); 18] = [
+    let cases: [(&str, &str, &[&str]); 19] = [
         ("figure = \"power_mw\"", "figure = \"power_mww\"", &["objective.0.figure", "power_mww", "energy.power_mw"]),
         ("\"power_mw < 1000\"", "\"powr_mw < 9\"", &["constraints.0", "powr_mw", "energy.power_mw"]),
         ("\"power_mw < 1000\"", "\"power_mw\"", &["constraints.0", "ate_m < 0.010 for 99 %"]),
@@ -164,6 +164,11 @@ fn a_bad_search_is_refused_before_its_first_cell() {
         ("batch = 5", "batch = 5\nsampler = \"cma\"", &["search.sampler = cma", "tpe", "nsga2"]),
         ("bits = 8, ", "bits = 11, ", &["guess.0.is.bits = 11", "from 4 to 10"]),
         ("[final]\nseeds = 2", "[final]\nseeds = [3]", &["final.seeds = 3", "5 or more"]),
+        (
+            "figure = \"power_mw\"",
+            "figure = \"power_mw\"\nresolution = 0.1",
+            &["objective.0.resolution = 0.1", "leave it out: several"],
+        ),
         ("goal = \"maximise\"", "goal = \"max\"", &["objective.1.goal = max", "maximise"]),
         ("[search]", "[[rung]]\nname = \"a\"\n[search]", &["rung.0", "is a full cell", "fewer frames"]),
         ("[search]", "[[rung]]\nname = \"a\"\nframes = 2.0\n[search]", &["rung.0.frames = 2.0", "to 1.0"]),

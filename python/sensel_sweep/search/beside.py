@@ -27,6 +27,7 @@ class Other:
 def read(folder: Path, wish: Wanted) -> Other:
     """From a search's report.json."""
     place_of = folder / "report.json"
+    shares = {one.text: one.share for one in wish.constraints}
     try:
         found = json.loads(place_of.read_text(encoding="utf-8"))
         objectives = [(one["figure"], one["goal"] == "maximise") for one in found["objectives"]]
@@ -36,7 +37,10 @@ def read(folder: Path, wish: Wanted) -> Other:
                     Mean(mean["mean"], tuple(mean["interval"]) if mean["interval"] else None, mean["runs"], mean["lost"])
                     for mean in one["means"].values()
                 ),
-                tuple(Kept(kept["met"], kept["runs"], tuple(kept["interval"]), kept["verdict"]) for kept in one["constraints"].values()),
+                tuple(
+                    Kept(kept["met"], kept["runs"], tuple(kept["interval"]), kept["verdict"], shares.get(text))
+                    for text, kept in one["constraints"].items()
+                ),
             )
             for one in found["final"]
         ]
@@ -64,5 +68,13 @@ def sentences(wish: Wanted, all_judged: list[Judged], other: Other) -> list[str]
     what = "hypervolume of the front" if len(wish.objectives) > 1 else f"best {wish.objectives[0].figure}"
     better = "here" if here.measured > there.measured else "there"
     differs = f"the {what} differs by {digits(abs(here.measured - there.measured))}, better {better}"
-    verdict = "the front has not moved by more than its intervals" if low <= 0.0 <= high else "the front has moved"
+    resolution = wish.objectives[0].resolution
+    if low <= 0.0 <= high:
+        verdict = "the front has not moved by more than its intervals"
+    elif max(-low, high) <= resolution:
+        verdict = f"the front has not moved by more than the resolution of {digits(resolution)}"
+    elif max(low, -high) <= resolution:
+        verdict = f"the runs do not show that the front has moved by more than the resolution of {digits(resolution)}"
+    else:
+        verdict = "the front has moved"
     return [f"Beside {name}: {differs}. The runs leave open {digits(low)} to {digits(high)} (95 %, above 0 better here), so {verdict}."]

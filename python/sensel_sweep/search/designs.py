@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from .batch import Result, Run
 from .failure import nearest
@@ -68,11 +68,11 @@ def wanted(search: SearchFile, known: list[str]) -> Wanted:
             raise ValueError(f"{key} = {figure}: {error}") from None
 
     objectives = tuple(
-        Objective(named(f"objective.{number}.figure", one.figure), one.is_maximised, one.weight)
+        replace(one, figure=named(f"objective.{number}.figure", one.figure))
         for number, one in enumerate(search.objectives)
     )
     constraints = [
-        Constraint(named(f"constraints.{number}", one.figure), one.relation, one.limit, one.share, one.text)
+        replace(one, figure=named(f"constraints.{number}", one.figure))
         for number, one in enumerate(search.constraints)
     ]
     tracked: dict[str, Constraint] = {}

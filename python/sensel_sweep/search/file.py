@@ -91,6 +91,8 @@ class Objective:
     figure: str
     is_maximised: bool = False
     weight: float = 1.0
+    # A smaller difference does not matter; of a single objective.
+    resolution: float = 0.0
 
     @property
     def sign(self) -> float:
@@ -324,12 +326,13 @@ class Reader:
 
     def objective(self, number: int, table: dict) -> Objective:
         where = f"objective.{number}"
-        self.known(where, table, ["figure", "goal", "weight"])
+        self.known(where, table, ["figure", "goal", "weight", "resolution"])
         goal = table.get("goal", "minimise")
         if goal not in ("minimise", "maximise"):
             raise self.refused(f"{where}.goal", goal, 'use "minimise" or "maximise"')
         weight = self.number(where, table, "weight", 1.0, 1e-6, 1e6)
-        return Objective(self.text(where, table, "figure", "power_mw"), goal == "maximise", float(weight))
+        resolution = self.number(where, table, "resolution", 0.0, 0.0, 1e12)
+        return Objective(self.text(where, table, "figure", "power_mw"), goal == "maximise", float(weight), float(resolution))
 
     def guess(self, number: int, table: dict, factors: tuple[Factor, ...]) -> tuple:
         """A design that somebody wrote down: every factor has a value."""
@@ -398,6 +401,9 @@ class Reader:
         if not objectives:
             raise self.refused("objective", None, 'nothing is wanted; write at least one [[objective]] with figure = "power_mw"')
         self.refuse_twins("objective", [one.figure for one in objectives])
+        for number, one in enumerate(objectives):
+            if one.resolution > 0.0 and len(objectives) > 1:
+                raise self.refused(f"objective.{number}.resolution", one.resolution, "leave it out: several objectives are weighed by `weight`")
         constraints = []
         texts = table.get("constraints", [])
         if not isinstance(texts, list):
@@ -456,7 +462,8 @@ class Reader:
 
 
 def identity(table: dict) -> str:
-    """Hash of everything that decides batches; the number of cells and the final evaluation may change later."""
+    """Hash of everything that decides batches; the number of cells, the final evaluation and resolutions may change later."""
     kept = {key: value for key, value in table.items() if key != "final"}
+    kept["objective"] = [{key: value for key, value in one.items() if key != "resolution"} for one in table["objective"]]
     kept["search"] = {key: value for key, value in table.get("search", {}).items() if key != "cells"}
     return hashlib.sha256(json.dumps(kept, sort_keys=True, default=str).encode()).hexdigest()[:16]

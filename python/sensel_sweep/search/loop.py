@@ -287,7 +287,7 @@ def after_round(state: State) -> None:
 
 
 def evaluate_front(state: State, engine: Engine) -> None:
-    """Runs the front's designs and the guesses on seeds and trajectories that the search never saw."""
+    """Runs the finalists on seeds and trajectories that the search never saw."""
     final = state.search.final
     numbers = finalists(state.search, state.wish, state.designs, final.designs)
     runs = [run for number in numbers for run in runs_of(final.trajectories, number, list(final.seeds))]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 # Not `scipy.stats`, which takes a second to load.
 from scipy import special
 
 from .choice import best, weights_of
-from .designs import Design, Summary, front, hypervolume, place, reference_of, summaries_of, summary
+from .designs import Design, Summary, Wanted, front, hypervolume, place, reference_of, summaries_of, summary
 from .loop import State
 
 CONFIDENCE = 0.95
@@ -33,6 +34,8 @@ class Kept:
     runs: int
     interval: tuple[float, float]
     verdict: str
+    # What is asked for; none where all runs must keep it.
+    share: float | None = None
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,21 @@ class Held:
     def is_admissible(self) -> bool:
         """Whether the held-back runs keep every constraint as often as asked."""
         return self.is_measured and all(one.verdict != "missed" for one in self.kept)
+
+    @property
+    def is_shown(self) -> bool:
+        """Whether every share that was asked for is shown, and there is one."""
+        shares = [one for one in self.kept if one.share is not None]
+        return bool(shares) and all(one.verdict == "shown" for one in shares)
+
+    @property
+    def sureness(self) -> float:
+        """How far the lower end of the interval of the share that is kept least surely lies above what is asked: 1 where it cannot lie higher."""
+        shares = [one for one in self.kept if one.share is not None]
+        return min(((one.interval[0] - one.share) / (1.0 - one.share) for one in shares), default=1.0)
+
+
+AnyHeld = TypeVar("AnyHeld", bound=Held)
 
 
 @dataclass(frozen=True)
@@ -84,7 +102,7 @@ def kept_of(met: int, runs: int, share: float | None) -> Kept:
     high = float(special.betaincinv(met + 1, runs - met, 1.0 - tail)) if met < runs else 1.0
     wanted = 1.0 if share is None else share
     verdict = "missed" if met < wanted * runs - 1e-9 else "shown" if share is not None and low >= share else "kept so far"
-    return Kept(met, runs, (low, high), verdict)
+    return Kept(met, runs, (low, high), verdict, share)
 
 
 def judged(state: State) -> list[Judged]:
@@ -105,19 +123,26 @@ def judged(state: State) -> list[Judged]:
     return sorted(found, key=lambda one: (*(math.inf if mean is None else mean for mean in one.summary.means), one.number))
 
 
-def admissible_means(all_judged: list[Judged]) -> dict[int, tuple]:
-    """Means by design, of those that keep their constraints."""
-    return {one.number: one.summary.means for one in all_judged if one.is_admissible}
+def eligible(all_judged: list[AnyHeld]) -> list[AnyHeld]:
+    """The designs to choose among: those that are shown to keep every share; where there are none, those that keep all constraints so far."""
+    admissible = [one for one in all_judged if one.is_admissible]
+    return [one for one in admissible if one.is_shown] or admissible
 
 
-def chosen(state: State, all_judged: list[Judged]) -> int | None:
-    """The admissible design of the least price."""
-    return best(state.wish, admissible_means(all_judged), weights_of(state.wish))
+def chosen(wish: Wanted, all_judged: list[Judged]) -> int | None:
+    """The eligible design of the least price; with a resolution, of those within it the one that keeps its constraints most surely."""
+    among, objective = {one.number: one for one in eligible(all_judged)}, wish.objectives[0]
+    means = {number: one.summary.means for number, one in among.items()}
+    least = best(wish, means, weights_of(wish))
+    if least is None or objective.resolution == 0.0:
+        return least
+    near = [number for number in means if abs(means[number][0] - means[least][0]) <= objective.resolution]
+    return max(near, key=lambda number: (among[number].sureness, -objective.sign * means[number][0]))
 
 
 def prices_doubled(state: State, all_judged: list[Judged]) -> list[tuple[str, int | None]]:
     """The choice if one percent of an objective weighed twice as much, for each objective."""
-    weights, means = weights_of(state.wish), admissible_means(all_judged)
+    weights, means = weights_of(state.wish), {one.number: one.summary.means for one in eligible(all_judged)}
     doubled = []
     for number, objective in enumerate(state.wish.objectives):
         own = [2.0 * weight if at == number else weight for at, weight in enumerate(weights)]

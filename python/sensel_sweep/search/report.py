@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import warnings
+from collections import Counter
 from html import escape
 from pathlib import Path
 
@@ -14,9 +15,9 @@ from . import beside, rungs
 from .batch import value_text, write_whole
 from .chart import Series, chart, digits
 from .choice import best, weights_of
-from .file import Rung
+from .file import Constraint, Rung
 from .loop import State
-from .outcome import CONFIDENCE, Judged, chosen, judged, limits_moved, prices_doubled, progress, search_front
+from .outcome import CONFIDENCE, Judged, chosen, eligible, judged, limits_moved, prices_doubled, progress, search_front
 from .propose import sampler_text, study_of, versions
 from .sureness import best_interval
 
@@ -40,7 +41,7 @@ MOVED = 0.1
 def write(state: State, others: list[Path]) -> None:
     """Writes report.html, report.json and, with a choice, chosen.toml; says what was found, also beside other searches."""
     all_judged = judged(state)
-    number = chosen(state, all_judged)
+    number = chosen(state.wish, all_judged)
     read_others = [beside.read(folder, state.wish) for folder in others]
     facts = facts_of(state, all_judged, number)
     write_whole(state.out / "report.json", json.dumps(facts, indent=1) + "\n")
@@ -130,18 +131,23 @@ def sentences(state: State, all_judged: list[Judged], number: int | None) -> lis
     for constraint, kept in zip(state.wish.constraints, own.kept):
         low, high = (100.0 * end for end in kept.interval)
         interval = f"95 % interval {low:.1f} to {high:.1f} %"
-        lines.append(f"'{constraint.text}': {kept.met} of {kept.runs} held-back runs keep it ({interval}): {kept.verdict}.")
-    lines += shown_sentence(state, all_judged, number)
-    count = sum(one.is_admissible for one in all_judged)
+        where = misses_text(state, number, constraint)
+        lines.append(f"'{constraint.text}': {kept.met} of {kept.runs} held-back runs keep it ({interval}): {kept.verdict}{where}.")
+    lines += better_sentence(state, all_judged, own)
+    among = eligible(all_judged)
+    kept = "are shown to keep every share" if own.is_shown else "keep all constraints"
     if len(state.wish.objectives) == 1:
         goal = "largest" if state.wish.objectives[0].is_maximised else "least"
-        found = f"Of {len(all_judged)} designs that were evaluated anew, {count} keep all constraints"
-        lines.append(f"{found}, and this one has the {goal} {own_figure(state)}.")
+        found = f"Of {len(all_judged)} designs that were evaluated anew, {len(among)} {kept}"
+        resolution = state.wish.objectives[0].resolution
+        least = f"this one has the {goal} {own_figure(state)}"
+        surest = f"of those within {digits(resolution)} of their {goal} {own_figure(state)} this one keeps the constraints most surely"
+        lines.append(f"{found}, and {surest if resolution else least}.")
         lines.append(front_sentence(state, goal, all_judged))
         lines.append(f"With {own_figure(state)} as the only objective, its price changes nothing.")
     else:
         lines.append(
-            f"Of {len(all_judged)} designs that were evaluated anew, {count} keep all constraints. This one has the least weighted product "
+            f"Of {len(all_judged)} designs that were evaluated anew, {len(among)} {kept}. This one has the least weighted product "
             "of its objectives: one percent of each weighs as much as its weight says."
         )
         for objective, (figure, other) in zip(state.wish.objectives, prices_doubled(state, all_judged)):
@@ -155,21 +161,30 @@ def sentences(state: State, all_judged: list[Judged], number: int | None) -> lis
     return lines
 
 
-def shown_sentence(state: State, all_judged: list[Judged], number: int) -> list[str]:
-    """The best design whose shares are all shown; nothing where no constraint has a share, or where the choice is that design."""
-    shares = [at for at, one in enumerate(state.wish.constraints) if one.share is not None]
-    shown = {
-        one.number: one.summary.means
-        for one in all_judged
-        if one.is_admissible and all(one.kept[at].verdict == "shown" for at in shares)
-    }
-    other = best(state.wish, shown, weights_of(state.wish))
-    if not shares or other == number:
+def misses_text(state: State, number: int, constraint: Constraint) -> str:
+    """On which trajectories a design's held-back runs miss a constraint: an interval that counts runs as independent does not tell that."""
+    results = state.final[number]
+    missed = Counter(run.trajectory for run, result in results.items() if not constraint.is_met(state.wish.value(constraint.figure, result)))
+    runs = Counter(run.trajectory for run in results)
+    if not missed or len(runs) < 2:
+        return ""
+    return "; misses: " + ", ".join(f"{name} ({count} of {runs[name]})" for name, count in missed.most_common())
+
+
+def better_sentence(state: State, all_judged: list[Judged], own: Judged) -> list[str]:
+    """Whether the choice is shown to keep every share, and which better design more runs might show; nothing where no constraint has a share."""
+    wish = state.wish
+    if not any(one.share is not None for one in wish.constraints):
         return []
-    if other is None:
-        return ["These runs show no design to keep every share: 'shown' takes an interval above it."]
-    values = " and ".join(f"{one.figure} {digits(mean)}" for one, mean in zip(state.wish.objectives, shown[other]))
-    return [f"The best design that is shown to keep every share is {title_of(state, other)}, with {values}: {design_text(state, other)}."]
+    if not own.is_shown:
+        return ["These runs show no design to keep every share and all other constraints: 'shown' takes an interval above the share."]
+    means = {one.number: one.summary.means for one in all_judged if one.is_admissible}
+    other = best(wish, means, weights_of(wish))
+    gain = abs(means[other][0] - own.summary.means[0])
+    if any(one.number == other and one.is_shown for one in all_judged) or gain <= wish.objectives[0].resolution:
+        return []
+    values = " and ".join(f"{one.figure} {digits(mean)}" for one, mean in zip(wish.objectives, means[other]))
+    return [f"Better would be {title_of(state, other)}, with {values}, if more runs show that it keeps every share: {design_text(state, other)}."]
 
 
 def front_sentence(state: State, goal: str, all_judged: list[Judged]) -> str:
@@ -223,7 +238,8 @@ def facts_of(state: State, all_judged: list[Judged], number: int | None) -> dict
             constraint.text: {"met": own.met, "runs": own.runs, "interval": own.interval, "verdict": own.verdict}
             for constraint, own in zip(wish.constraints, one.kept)
         }
-        final.append({"number": one.number, "means": means, "constraints": kept, "is_admissible": one.is_admissible})
+        verdicts = {"is_admissible": one.is_admissible, "is_shown": one.is_shown}
+        final.append({"number": one.number, "means": means, "constraints": kept, **verdicts})
     return {
         "file": search.path.name,
         "sampler": search.sampler,
@@ -232,7 +248,10 @@ def facts_of(state: State, all_judged: list[Judged], number: int | None) -> dict
         "cells": state.cells,
         "rounds": state.rounds,
         "is_finished": state.is_finished,
-        "objectives": [{"figure": one.figure, "goal": "maximise" if one.is_maximised else "minimise"} for one in wish.objectives],
+        "objectives": [
+            {"figure": one.figure, "goal": "maximise" if one.is_maximised else "minimise", "resolution": one.resolution}
+            for one in wish.objectives
+        ],
         "constraints": [one.text for one in wish.constraints],
         "designs": designs,
         "final": final,

@@ -12,8 +12,8 @@ from .file import Constraint
 
 # Designs that are pooled at least, if there are as many.
 DESIGNS_POOLED = 10
-# Degrees of freedom that the pooled variance counts as beside a design's own. Variances of designs in the hall differ by no more than their
-# runs explain (docs/search.md).
+# Degrees of freedom that the pooled variance counts as beside a design's own. Scatters of designs in the hall differ less than eight runs
+# tell one (docs/search.md).
 FREEDOM = 32.0
 # Runs beyond a share that tell where it lies.
 RUNS_BEYOND = 3

@@ -28,6 +28,9 @@ LENGTH_SCALES = (0.3, 5.0)
 EXCESS_LEAST, EXCESS_MOST = -1.0, 1.5
 # A limit that is kept exactly, as counts and shares are, does not say by how much.
 EXCESS_EXACT = -0.5
+# By which share of themselves limits on a share of the runs are tightened at most: designs that keep them with a margin are to be known, since
+# those at the limit may miss it in other runs.
+TIGHTER_MOST = 0.4
 # Share of the sum in Knowles' augmented Chebyshev norm (2006), by which a draw weighs objectives against each other.
 SUM_SHARE = 0.05
 # Of a process's mean variance, added to the diagonal: candidates may lie close together.
@@ -75,11 +78,19 @@ def objectives_of(wish: Wanted, summaries: list[Summary]) -> list[tuple[list[int
     return found
 
 
-def constraints_of(summaries: list[Summary]) -> list[numpy.ndarray]:
-    """Excess of every constraint that some design misses, where designs differ in it."""
-    rows = [numpy.array(row) for row in zip(*(one.excess for one in summaries))]
-    rows = [numpy.clip(numpy.where(row == 0.0, EXCESS_EXACT, row), EXCESS_LEAST, EXCESS_MOST) for row in rows]
-    return [row for row in rows if row.max() > max(row.min(), 0.0)]
+def constraints_of(wish: Wanted, summaries: list[Summary]) -> list[tuple[numpy.ndarray, float]]:
+    """Excess of every constraint in which designs differ and that some design misses, and by how much its limit may be tightened: a limit that a
+    share of the runs must keep up to what the best design keeps, others not."""
+    found = []
+    # The last excess is that of cells that failed.
+    shared = [one.share is not None and one.limit != 0.0 for one in wish.constraints]
+    for row, is_shared in zip(zip(*(one.excess for one in summaries)), [*shared, False]):
+        values = numpy.array(row)
+        values = numpy.clip(numpy.where(values == 0.0, EXCESS_EXACT, values), EXCESS_LEAST, EXCESS_MOST)
+        most = min(math.log1p(TIGHTER_MOST), max(-float(values.min()), 0.0)) if is_shared else 0.0
+        if values.max() > max(float(values.min()), -most):
+            found.append((values, most))
+    return found
 
 
 def chebyshev(values: numpy.ndarray, is_kept: numpy.ndarray, weights: numpy.ndarray) -> numpy.ndarray:
@@ -114,8 +125,10 @@ def sampled(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: in
             draws(known[have], numpy.array(values), points, search.batch, generator) for have, values in objectives
         ])
         excess = numpy.zeros((len(pool), search.batch))
-        for row in constraints_of(summaries):
-            excess += numpy.maximum(draws(known, row, points, search.batch, generator), 0.0)
+        constraints = constraints_of(wish, summaries)
+        tightening = generator.random(search.batch) if any(most > 0.0 for _, most in constraints) else numpy.zeros(search.batch)
+        for row, most in constraints:
+            excess += numpy.maximum(draws(known, row, points, search.batch, generator) + most * tightening, 0.0)
     taken: set[int] = set()
     for at in range(min(search.batch, len(pool))):
         weights = generator.dirichlet(numpy.ones(len(objectives)))
