@@ -194,7 +194,9 @@ def front_sentence(state: State, goal: str, all_judged: list[Judged]) -> str:
     if math.isinf(low) or math.isinf(high):
         end = f"{digits(low)} or more" if math.isinf(high) else f"{digits(high)} or less"
         return f"{what}: {end}. The runs do not exclude that no design here keeps them."
-    return f"{what}: {digits(low)} to {digits(high)}, with what the runs leave open on each design's shares."
+    is_open = any(one.share is not None for one in state.wish.constraints)
+    why = " The runs leave open whether designs that are not shown keep their shares." if is_open else ""
+    return f"{what}: {digits(low)} to {digits(high)}.{why}"
 
 
 def means_text(state: State, number: int) -> str:
