@@ -27,7 +27,6 @@ class Other:
 def read(folder: Path, wish: Wanted) -> Other:
     """From a search's report.json."""
     place_of = folder / "report.json"
-    shares = {one.text: one.share for one in wish.constraints}
     try:
         found = json.loads(place_of.read_text(encoding="utf-8"))
         objectives = [(one["figure"], one["goal"] == "maximise") for one in found["objectives"]]
@@ -37,10 +36,7 @@ def read(folder: Path, wish: Wanted) -> Other:
                     Mean(mean["mean"], tuple(mean["interval"]) if mean["interval"] else None, mean["runs"], mean["lost"])
                     for mean in one["means"].values()
                 ),
-                tuple(
-                    Kept(kept["met"], kept["runs"], tuple(kept["interval"]), kept["verdict"], shares.get(text))
-                    for text, kept in one["constraints"].items()
-                ),
+                tuple(Kept(kept["met"], kept["runs"], tuple(kept["interval"]), kept["verdict"]) for kept in one["constraints"].values()),
             )
             for one in found["final"]
         ]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 # Not `scipy.stats`, which takes a second to load.
 from scipy import special
@@ -55,21 +54,6 @@ class Held:
         """Whether the held-back runs keep every constraint as often as asked."""
         return self.is_measured and all(one.verdict != "missed" for one in self.kept)
 
-    @property
-    def is_shown(self) -> bool:
-        """Whether every share that was asked for is shown, and there is one."""
-        shares = [one for one in self.kept if one.share is not None]
-        return bool(shares) and all(one.verdict == "shown" for one in shares)
-
-    @property
-    def sureness(self) -> float:
-        """How far the lower end of the interval of the share that is kept least surely lies above what is asked: 1 where it cannot lie higher."""
-        shares = [one for one in self.kept if one.share is not None]
-        return min(((one.interval[0] - one.share) / (1.0 - one.share) for one in shares), default=1.0)
-
-
-AnyHeld = TypeVar("AnyHeld", bound=Held)
-
 
 @dataclass(frozen=True)
 class Judged(Held):
@@ -81,6 +65,18 @@ class Judged(Held):
     def number(self) -> int:
         """Of the design."""
         return self.summary.design.number
+
+    @property
+    def is_shown(self) -> bool:
+        """Whether every share that was asked for is shown, and there is one."""
+        shares = [one for one in self.kept if one.share is not None]
+        return bool(shares) and all(one.verdict == "shown" for one in shares)
+
+    @property
+    def sureness(self) -> float:
+        """How far the lower end of the interval of the share that is kept least surely lies above what is asked: 1 where it cannot lie higher."""
+        shares = [one for one in self.kept if one.share is not None]
+        return min(((one.interval[0] - one.share) / (1.0 - one.share) for one in shares), default=1.0)
 
 
 def mean_of(values: list[float], runs: int) -> Mean:
@@ -123,7 +119,7 @@ def judged(state: State) -> list[Judged]:
     return sorted(found, key=lambda one: (*(math.inf if mean is None else mean for mean in one.summary.means), one.number))
 
 
-def eligible(all_judged: list[AnyHeld]) -> list[AnyHeld]:
+def eligible(all_judged: list[Judged]) -> list[Judged]:
     """The designs to choose among: those that are shown to keep every share; where there are none, those that keep all constraints so far."""
     admissible = [one for one in all_judged if one.is_admissible]
     return [one for one in admissible if one.is_shown] or admissible

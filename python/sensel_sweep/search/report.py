@@ -180,8 +180,8 @@ def better_sentence(state: State, all_judged: list[Judged], own: Judged) -> list
         return ["These runs show no design to keep every share and all other constraints: 'shown' takes an interval above the share."]
     means = {one.number: one.summary.means for one in all_judged if one.is_admissible}
     other = best(wish, means, weights_of(wish))
-    gain = abs(means[other][0] - own.summary.means[0])
-    if any(one.number == other and one.is_shown for one in all_judged) or gain <= wish.objectives[0].resolution:
+    gain, resolution = abs(means[other][0] - own.summary.means[0]), wish.objectives[0].resolution
+    if any(one.number == other and one.is_shown for one in all_judged) or 0.0 < resolution >= gain:
         return []
     values = " and ".join(f"{one.figure} {digits(mean)}" for one, mean in zip(wish.objectives, means[other]))
     return [f"Better would be {title_of(state, other)}, with {values}, if more runs show that it keeps every share: {design_text(state, other)}."]
