@@ -136,19 +136,18 @@ def sentences(state: State, all_judged: list[Judged], number: int | None) -> lis
     lines += better_sentence(state, all_judged, own)
     among = eligible(all_judged)
     kept = "are shown to keep every share" if own.is_shown else "keep all constraints"
+    found = f"Designs that {kept}: {len(among)} of {len(all_judged)} that were evaluated anew."
     if len(state.wish.objectives) == 1:
         goal = "largest" if state.wish.objectives[0].is_maximised else "least"
-        found = f"Of {len(all_judged)} designs that were evaluated anew, {len(among)} {kept}"
         resolution = state.wish.objectives[0].resolution
-        least = f"this one has the {goal} {own_figure(state)}"
-        surest = f"of those within {digits(resolution)} of their {goal} {own_figure(state)} this one keeps the constraints most surely"
-        lines.append(f"{found}, and {surest if resolution else least}.")
+        least = f"This one has the {goal} {own_figure(state)}."
+        surest = f"Of those within {digits(resolution)} of their {goal} {own_figure(state)} this one keeps the constraints most surely."
+        lines.append(f"{found} {surest if resolution else least}")
         lines.append(front_sentence(state, goal, all_judged))
         lines.append(f"With {own_figure(state)} as the only objective, its price changes nothing.")
     else:
         lines.append(
-            f"Of {len(all_judged)} designs that were evaluated anew, {len(among)} {kept}. This one has the least weighted product "
-            "of its objectives: one percent of each weighs as much as its weight says."
+            f"{found} This one has the least weighted product of its objectives: one percent of each weighs as much as its weight says."
         )
         for objective, (figure, other) in zip(state.wish.objectives, prices_doubled(state, all_judged)):
             priced = "were worth" if objective.is_maximised else "cost"
