@@ -117,3 +117,30 @@ trait Compiled: Kernel + Sized {
 }
 
 impl<K: Kernel> Compiled for K {}
+
+/// Defines a function whose body is a kernel. Its arguments share one lifetime; it may be generic in one type.
+macro_rules! kernel {
+    (@output) => { () };
+    (@output $output:ty) => { $output };
+    ($(#[$doc:meta])* $visibility:vis fn $name:ident<$life:lifetime $(, $word:ident: $bound:path)?>(
+        $($argument:ident: $type:ty),* $(,)?
+    ) $(-> $output:ty)? $body:block) => {
+        $(#[$doc])*
+        #[allow(clippy::needless_lifetimes, reason = "the kernel's type takes the same tokens")]
+        $visibility fn $name<$life $(, $word: $bound)?>($($argument: $type),*) $(-> $output)? {
+            struct Arguments<$life $(, $word: $bound)?> { $($argument: $type),* }
+
+            impl<$life $(, $word: $bound)?> $crate::simd::Kernel for Arguments<$life $(, $word)?> {
+                type Output = kernel!(@output $($output)?);
+
+                #[inline(always)]
+                fn run(self) -> Self::Output {
+                    let Self { $($argument),* } = self;
+                    $body
+                }
+            }
+            $crate::simd::dispatch(Arguments { $($argument),* })
+        }
+    };
+}
+pub(crate) use kernel;

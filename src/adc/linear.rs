@@ -10,7 +10,7 @@ use super::params::AdcParams;
 use super::ramp::linear_edge_nv;
 use super::sample::{RowWork, Sample};
 use crate::num::{f64_from_i64, low_u16, low_u32};
-use crate::simd::{Kernel, dispatch};
+use crate::simd::kernel;
 
 /// A row's conversions, with everything that does not depend on the signal done beforehand.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,7 +63,7 @@ impl LinearKernel {
             Sample::Signal => self.last_edge_nv,
         };
         let mut counts = vec![0; samples_uv.len()];
-        dispatch(LinearCounts { kernel: self, samples_uv, last_edge_nv, counts: &mut counts });
+        count_all(self, samples_uv, last_edge_nv, &mut counts);
         counts
     }
 
@@ -73,8 +73,8 @@ impl LinearKernel {
         let mut reset_parts = reset_uv.chunks(COLUMNS_PER_SUM);
         for (signal_uv, codes) in signal_uv.chunks(COLUMNS_PER_SUM).zip(codes.chunks_mut(COLUMNS_PER_SUM)) {
             let [steps, clocks] = match reset_parts.next() {
-                Some(reset_uv) => dispatch(ConvertBoth { kernel: self, signal_uv, reset_uv, codes }),
-                None => dispatch(ConvertOne { kernel: self, signal_uv, codes }),
+                Some(reset_uv) => convert_both(self, signal_uv, reset_uv, codes),
+                None => convert_one(self, signal_uv, codes),
             };
             work.counter_steps += u64::from(steps);
             work.comparator_clk += u64::from(clocks);
@@ -142,68 +142,39 @@ fn active_clk(count: u32, steps: u32) -> u32 {
     if count < steps { count + 1 } else { steps }
 }
 
-struct LinearCounts<'a> {
-    kernel: &'a LinearKernel,
-    samples_uv: &'a [f32],
-    last_edge_nv: f64,
-    counts: &'a mut [u32],
-}
-
-impl Kernel for LinearCounts<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let kernel = self.kernel.clone();
-        for (count, &sample_uv) in self.counts.iter_mut().zip(self.samples_uv) {
-            *count = kernel.count(sample_uv, self.last_edge_nv);
+kernel! {
+    fn count_all<'a>(line: &'a LinearKernel, samples_uv: &'a [f32], last_edge_nv: f64, counts: &'a mut [u32]) {
+        let line = line.clone();
+        for (count, &sample_uv) in counts.iter_mut().zip(samples_uv) {
+            *count = line.count(sample_uv, last_edge_nv);
         }
     }
 }
 
-struct ConvertOne<'a> {
-    kernel: &'a LinearKernel,
-    signal_uv: &'a [f32],
-    codes: &'a mut [u16],
-}
-
-impl Kernel for ConvertOne<'_> {
-    type Output = BlockWork;
-
-    #[inline(always)]
-    fn run(self) -> BlockWork {
-        let kernel = self.kernel.clone();
-        let (signals_uv, rest_uv) = self.signal_uv.as_chunks::<BLOCK>();
-        let (codes, rest) = self.codes.as_chunks_mut::<BLOCK>();
-        let mut work = kernel.convert_one(rest_uv, rest);
+kernel! {
+    fn convert_one<'a>(line: &'a LinearKernel, signal_uv: &'a [f32], codes: &'a mut [u16]) -> BlockWork {
+        let line = line.clone();
+        let (signals_uv, rest_uv) = signal_uv.as_chunks::<BLOCK>();
+        let (codes, rest) = codes.as_chunks_mut::<BLOCK>();
+        let mut work = line.convert_one(rest_uv, rest);
         for (codes, signal_uv) in codes.iter_mut().zip(signals_uv) {
-            let quick = kernel.fast.as_ref().and_then(|fast| fast.convert_one(signal_uv, codes));
-            work = sum(work, quick.unwrap_or_else(|| kernel.convert_one(signal_uv, codes)));
+            let quick = line.fast.as_ref().and_then(|fast| fast.convert_one(signal_uv, codes));
+            work = sum(work, quick.unwrap_or_else(|| line.convert_one(signal_uv, codes)));
         }
         work
     }
 }
 
-struct ConvertBoth<'a> {
-    kernel: &'a LinearKernel,
-    signal_uv: &'a [f32],
-    reset_uv: &'a [f32],
-    codes: &'a mut [u16],
-}
-
-impl Kernel for ConvertBoth<'_> {
-    type Output = BlockWork;
-
-    #[inline(always)]
-    fn run(self) -> BlockWork {
-        let kernel = self.kernel.clone();
-        let (signals_uv, rest_signal_uv) = self.signal_uv.as_chunks::<BLOCK>();
-        let (resets_uv, rest_reset_uv) = self.reset_uv.as_chunks::<BLOCK>();
-        let (codes, rest) = self.codes.as_chunks_mut::<BLOCK>();
-        let mut work = kernel.convert_both(rest_signal_uv, rest_reset_uv, rest);
+kernel! {
+    fn convert_both<'a>(line: &'a LinearKernel, signal_uv: &'a [f32], reset_uv: &'a [f32], codes: &'a mut [u16]) -> BlockWork {
+        let line = line.clone();
+        let (signals_uv, rest_signal_uv) = signal_uv.as_chunks::<BLOCK>();
+        let (resets_uv, rest_reset_uv) = reset_uv.as_chunks::<BLOCK>();
+        let (codes, rest) = codes.as_chunks_mut::<BLOCK>();
+        let mut work = line.convert_both(rest_signal_uv, rest_reset_uv, rest);
         for ((codes, signal_uv), reset_uv) in codes.iter_mut().zip(signals_uv).zip(resets_uv) {
-            let quick = kernel.fast.as_ref().and_then(|fast| fast.convert_both(signal_uv, reset_uv, codes));
-            work = sum(work, quick.unwrap_or_else(|| kernel.convert_both(signal_uv, reset_uv, codes)));
+            let quick = line.fast.as_ref().and_then(|fast| fast.convert_both(signal_uv, reset_uv, codes));
+            work = sum(work, quick.unwrap_or_else(|| line.convert_both(signal_uv, reset_uv, codes)));
         }
         work
     }

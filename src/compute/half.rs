@@ -3,7 +3,7 @@
 use super::word::Word;
 use crate::num::index;
 use crate::plane::Plane;
-use crate::simd::{Kernel, dispatch};
+use crate::simd::kernel;
 use crate::units::Size;
 use crate::words::{HalfScaleMean, rounded};
 
@@ -16,26 +16,18 @@ pub(crate) fn half_size(size: Size) -> Size {
 pub fn half_scale<W: Word>(picture: &Plane<W>) -> Plane<W> {
     let mut half = Plane::filled(half_size(picture.size()), W::default());
     if half.size().pixel_count() > 0 {
-        dispatch(Halve { picture, half: &mut half });
+        halve(picture, &mut half);
     }
     half
 }
 
-struct Halve<'a, W> {
-    picture: &'a Plane<W>,
-    half: &'a mut Plane<W>,
-}
-
-impl<W: Word> Kernel for Halve<'_, W> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let columns = index(self.half.size().width_px);
-        for y in 0..self.half.height_px() {
-            let (upper, lower) = (&self.picture.row(2 * y)[..2 * columns], &self.picture.row(2 * y + 1)[..2 * columns]);
+kernel! {
+    fn halve<'a, W: Word>(picture: &'a Plane<W>, half: &'a mut Plane<W>) {
+        let columns = index(half.size().width_px);
+        for y in 0..half.height_px() {
+            let (upper, lower) = (&picture.row(2 * y)[..2 * columns], &picture.row(2 * y + 1)[..2 * columns]);
             let pairs = upper.as_chunks::<2>().0.iter().zip(lower.as_chunks::<2>().0);
-            for (out, (&[a, b], &[c, d])) in self.half.row_mut(y).iter_mut().zip(pairs) {
+            for (out, (&[a, b], &[c, d])) in half.row_mut(y).iter_mut().zip(pairs) {
                 let mean = HalfScaleMean::from_bits(a.number() + b.number() + c.number() + d.number());
                 *out = W::low(rounded(mean));
             }

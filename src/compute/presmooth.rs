@@ -11,7 +11,7 @@ use super::word::Word;
 use crate::events::{Event, Events};
 use crate::num::{u32_from, u64_from};
 use crate::plane::Plane;
-use crate::simd::{Kernel, dispatch};
+use crate::simd::kernel;
 use crate::words::{BinomialColumn, BinomialMean, rounded};
 
 /// Pixels on each side that a smoothed word is made of.
@@ -34,7 +34,7 @@ pub(super) fn presmooth<W: Word>(picture: &Plane<W>, bits: u32, events: &mut Eve
     events.add(Event::LineBufferWrite, words(ROWS));
     events.add(Event::LineBufferRead, words(ROWS));
     events.add(Event::ComputeOp, words(OPS));
-    dispatch(Binomial { picture })
+    binomial(picture)
 }
 
 /// What two by two pixels that stand out by so much leave at the highest of their smoothed words, rounded up: weights (15 + 20)^2 of 4096.
@@ -42,20 +42,13 @@ pub(super) fn block_of(difference: u32) -> u32 {
     BinomialMean::from_bits(difference * (15 + 20) * (15 + 20)).saturating_ceil().wrapping_to_num()
 }
 
-struct Binomial<'a, W> {
-    picture: &'a Plane<W>,
-}
-
-impl<W: Word> Kernel for Binomial<'_, W> {
-    type Output = Plane<W>;
-
-    #[inline(always)]
-    fn run(self) -> Plane<W> {
-        let (width, height) = (self.picture.width_px(), self.picture.height_px());
-        let mut smoothed = self.picture.clone();
+kernel! {
+    fn binomial<'a, W: Word>(picture: &'a Plane<W>) -> Plane<W> {
+        let (width, height) = (picture.width_px(), picture.height_px());
+        let mut smoothed = picture.clone();
         let mut sums = vec![BinomialColumn::ZERO; width + 2 * REACH];
         for y in 0..height {
-            let row = |offset: usize| &self.picture.row((y + offset).saturating_sub(REACH).min(height - 1))[..width];
+            let row = |offset: usize| &picture.row((y + offset).saturating_sub(REACH).min(height - 1))[..width];
             let rows = [row(0), row(1), row(2), row(3), row(4), row(5), row(6)];
             let middle = &mut sums[REACH..REACH + width];
             for x in 0..width {

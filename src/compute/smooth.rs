@@ -4,7 +4,7 @@ use fixed::traits::Fixed;
 
 use super::word::Word;
 use crate::plane::Plane;
-use crate::simd::{Kernel, dispatch};
+use crate::simd::kernel;
 
 /// Pixels at each edge that the kernel does not reach; they stay as they are.
 pub(crate) const BORDER_PX: usize = 3;
@@ -16,27 +16,20 @@ pub(crate) const BORDER_PX: usize = 3;
 pub fn smooth<W: Word>(picture: &Plane<W>) -> Plane<W> {
     let mut smoothed = picture.clone();
     if picture.width_px() > 2 * BORDER_PX && picture.height_px() > 2 * BORDER_PX {
-        dispatch(Smooth { picture, smoothed: &mut smoothed });
+        smooth_inside(picture, &mut smoothed);
     }
     smoothed
 }
 
-struct Smooth<'a, W> {
-    picture: &'a Plane<W>,
-    smoothed: &'a mut Plane<W>,
-}
-
-impl<W: Word> Kernel for Smooth<'_, W> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let (width, height) = (self.picture.width_px(), self.picture.height_px());
+kernel! {
+    /// All but the border.
+    fn smooth_inside<'a, W: Word>(picture: &'a Plane<W>, smoothed: &'a mut Plane<W>) {
+        let (width, height) = (picture.width_px(), picture.height_px());
         let mut column = vec![W::Mean::default(); width];
         for y in BORDER_PX..height - BORDER_PX {
-            let row = |offset: usize| &self.picture.row(y + offset - BORDER_PX)[..width];
+            let row = |offset: usize| &picture.row(y + offset - BORDER_PX)[..width];
             weigh_rows([row(0), row(1), row(2), row(3), row(4), row(5), row(6)], &mut column);
-            weigh_columns(&column, &mut self.smoothed.row_mut(y)[BORDER_PX..width - BORDER_PX]);
+            weigh_columns(&column, &mut smoothed.row_mut(y)[BORDER_PX..width - BORDER_PX]);
         }
     }
 }

@@ -197,8 +197,8 @@ fn in_radians(points: &[[f64; 2]]) -> Vec<(f64, f64)> {
 /// The field is a pinhole's before its distortion, and any other lens' own.
 fn lens_spanning(size: Size, mapping: Mapping, fov_deg: f64) -> Result<Lens, Error> {
     let key = "optics.horizontal_fov_deg";
-    if matches!(mapping, Mapping::Pinhole | Mapping::Radtan(_)) {
-        let fov_deg = within(key, fov_deg, 1.0..=170.0, "1 to 170, or a fisheye's model,")?;
+    if mapping.is_flat() {
+        let fov_deg = within(key, fov_deg, 1.0..=170.0, "1 to 170, or the optics.model of a fisheye")?;
         return Ok(Lens { mapping, ..Lens::pinhole(size, fov_deg.to_radians()) });
     }
     let fov_deg = within(key, fov_deg, 1.0..=360.0, "1 to 360")?;

@@ -5,34 +5,22 @@
 
 use super::exact::normal_quantile;
 use crate::num::{f32_from_i32, f32_nearest};
-use crate::simd::{Kernel, dispatch};
+use crate::simd::kernel;
 
 /// Columns that one pass of a kernel holds in L1. Passes are short and each runs over the whole block, because a processor finds
 /// work for its arithmetic units only among the next hundred operations, and one long formula has most of them wait on
 /// each other. Far fewer columns would let the compiler unroll the passes and join them again.
 pub(super) const BLOCK: usize = 128;
 
-/// Writes the standard normal quantile of each uniform. Relative error below 8e-7, and monotone in the
-/// uniform to within that error; u and its complement give values that differ in sign only, beyond rounding in the tails.
-///
-/// Panics if the slices differ in length.
-pub fn normals(uniforms: &[u32], out: &mut [f32]) {
-    assert!(uniforms.len() == out.len(), "a draw needs one uniform");
-    dispatch(Normals { uniforms, out });
-}
-
-struct Normals<'a> {
-    uniforms: &'a [u32],
-    out: &'a mut [f32],
-}
-
-impl Kernel for Normals<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let (uniforms, rest_uniforms) = self.uniforms.as_chunks::<BLOCK>();
-        let (out, rest_out) = self.out.as_chunks_mut::<BLOCK>();
+kernel! {
+    /// Writes the standard normal quantile of each uniform. Relative error below 8e-7, and monotone in the
+    /// uniform to within that error; u and its complement give values that differ in sign only, beyond rounding in the tails.
+    ///
+    /// Panics if the slices differ in length.
+    pub fn normals<'a>(uniforms: &'a [u32], out: &'a mut [f32]) {
+        assert!(uniforms.len() == out.len(), "a draw needs one uniform");
+        let (uniforms, rest_uniforms) = uniforms.as_chunks::<BLOCK>();
+        let (out, rest_out) = out.as_chunks_mut::<BLOCK>();
         for (uniforms, out) in uniforms.iter().zip(out) {
             block(uniforms, out);
         }

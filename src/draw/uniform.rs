@@ -9,7 +9,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::key::{DrawKey, mix};
 use crate::num::{low_u32, u64_from};
-use crate::simd::{Kernel, dispatch};
+use crate::simd::kernel;
 
 /// Generators side by side.
 const LANES: usize = 8;
@@ -31,30 +31,18 @@ fn seed_word(key: DrawKey, lane: usize, word: usize) -> u64 {
     mix(key.0.wrapping_add(GOLDEN.wrapping_mul(place)))
 }
 
-/// Fills a row with uniforms in 0..2^32: column c takes lane (c mod 16) / 2 after c / 16 steps, its low half where c is
-/// even. A longer row begins with the values of a shorter one.
-pub fn fill_uniforms(key: DrawKey, out: &mut [u32]) {
-    dispatch(Fill { key, out });
-}
-
-struct Fill<'a> {
-    key: DrawKey,
-    out: &'a mut [u32],
-}
-
-impl Kernel for Fill<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
+kernel! {
+    /// Fills a row with uniforms in 0..2^32: column c takes lane (c mod 16) / 2 after c / 16 steps, its low half where c is
+    /// even. A longer row begins with the values of a shorter one.
+    pub fn fill_uniforms<'a>(key: DrawKey, out: &'a mut [u32]) {
         let mut state = [[0_u64; LANES]; 4];
         for (word, lanes) in state.iter_mut().enumerate() {
             for (lane, value) in lanes.iter_mut().enumerate() {
-                *value = seed_word(self.key, lane, word);
+                *value = seed_word(key, lane, word);
             }
         }
         let mut words = [[0; LANES]; STEPS_PER_BLOCK];
-        let (blocks, rest) = self.out.as_chunks_mut::<COLUMNS_PER_BLOCK>();
+        let (blocks, rest) = out.as_chunks_mut::<COLUMNS_PER_BLOCK>();
         for block in blocks {
             next(&mut state, &mut words);
             *block = bytemuck::cast(words);

@@ -13,11 +13,11 @@
 
 mod allocation;
 mod among;
-mod pixel_samples;
-mod frame;
 mod first_batch;
+mod frame;
 mod objects;
 mod pixel;
+mod pixel_samples;
 mod rays;
 mod reflect;
 mod replicate;

@@ -16,7 +16,7 @@ use crate::effect::{ArrayPass, Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::{DieSpread, Facts};
 use crate::num::{f32_nearest, f64_from_usize, lesser};
 use crate::plane::Plane;
-use crate::simd::{Kernel, dispatch};
+use crate::simd::kernel;
 
 /// Excess below this is no longer followed, in electrons: under the least read noise of any sensor.
 const LEAST_E: f32 = 1.0 / 64.0;
@@ -106,11 +106,11 @@ fn spill(charge_e: &mut Plane<f32>, well_e: f32, share: f32) {
     let mut excess_e = Vec::new();
     let (mut first, mut last) = (height, 0);
     for y in 0..height {
-        let most_e = dispatch(Most(charge_e.row(y)));
+        let most_e = greatest_of_row(charge_e.row(y));
         if most_e > well_e {
             excess_e.resize(stride * (height + 2), 0.0_f32);
             let inside = &mut excess_e[(y + 1) * stride + 1..][..width];
-            dispatch(Clip { charge_e: charge_e.row_mut(y), excess_e: inside, well_e });
+            clip(charge_e.row_mut(y), inside, well_e);
             (first, last) = (first.min(y), y);
         }
     }
@@ -125,7 +125,7 @@ fn spill(charge_e: &mut Plane<f32>, well_e: f32, share: f32) {
             let [above, own, below] = [y, y + 1, y + 2].map(|row| &excess_e[row * stride..][..stride]);
             let spilt_e = &mut spilt_e[(y + 1) * stride + 1..][..width];
             let row_e = charge_e.row_mut(y);
-            let found_e = dispatch(Spill { row_e, spilt_e, above, own, below, well_e, quarter: 0.25 * share });
+            let found_e = spill_row(row_e, spilt_e, [above, own, below], well_e, 0.25 * share);
             most_e = if found_e > most_e { found_e } else { most_e };
         }
         std::mem::swap(&mut excess_e, &mut spilt_e);
@@ -135,15 +135,10 @@ fn spill(charge_e: &mut Plane<f32>, well_e: f32, share: f32) {
     }
 }
 
-/// The greatest value.
-struct Most<'a>(&'a [f32]);
-
-impl Kernel for Most<'_> {
-    type Output = f32;
-
-    #[inline(always)]
-    fn run(self) -> f32 {
-        greatest(self.0)
+kernel! {
+    /// The greatest value.
+    fn greatest_of_row<'a>(values: &'a [f32]) -> f32 {
+        greatest(values)
     }
 }
 
@@ -161,52 +156,32 @@ fn greatest(values: &[f32]) -> f32 {
     both.fold(0.0, |most, &value| if value > most { value } else { most })
 }
 
-/// Moves what is over the well into `excess_e`.
-struct Clip<'a> {
-    charge_e: &'a mut [f32],
-    excess_e: &'a mut [f32],
-    well_e: f32,
-}
-
-impl Kernel for Clip<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        for (charge_e, excess_e) in self.charge_e.iter_mut().zip(self.excess_e) {
-            let over_e = *charge_e - self.well_e;
+kernel! {
+    /// Moves what is over the well into `excess_e`.
+    fn clip<'a>(charge_e: &'a mut [f32], excess_e: &'a mut [f32], well_e: f32) {
+        for (charge_e, excess_e) in charge_e.iter_mut().zip(excess_e) {
+            let over_e = *charge_e - well_e;
             *excess_e = if over_e > 0.0 { over_e } else { 0.0 };
-            *charge_e = if over_e > 0.0 { self.well_e } else { *charge_e };
+            *charge_e = if over_e > 0.0 { well_e } else { *charge_e };
         }
     }
 }
 
-/// One row receives from its neighbours; what is over the well is theirs in the next sweep. Rows of excess are framed by one pixel.
-struct Spill<'a> {
-    row_e: &'a mut [f32],
-    spilt_e: &'a mut [f32],
-    above: &'a [f32],
-    own: &'a [f32],
-    below: &'a [f32],
-    well_e: f32,
-    quarter: f32,
-}
-
-impl Kernel for Spill<'_> {
-    type Output = f32;
-
-    #[inline(always)]
-    fn run(self) -> f32 {
-        let width = self.row_e.len();
-        let spilt_e = &mut self.spilt_e[..width];
-        let (left, right) = (&self.own[..width], &self.own[2..][..width]);
-        let (above, below) = (&self.above[1..][..width], &self.below[1..][..width]);
+kernel! {
+    /// One row receives from the excess of the rows above, its own and below; what is over the well is theirs in the next sweep. Rows of
+    /// excess are framed by one pixel.
+    fn spill_row<'a>(row_e: &'a mut [f32], spilt_e: &'a mut [f32], excess_e: [&'a [f32]; 3], well_e: f32, quarter: f32) -> f32 {
+        let width = row_e.len();
+        let [above, own, below] = excess_e;
+        let spilt_e = &mut spilt_e[..width];
+        let (left, right) = (&own[..width], &own[2..][..width]);
+        let (above, below) = (&above[1..][..width], &below[1..][..width]);
         for x in 0..width {
-            let inflow_e = self.quarter * ((left[x] + right[x]) + (above[x] + below[x]));
-            let charge_e = self.row_e[x] + inflow_e;
-            let over_e = charge_e - self.well_e;
+            let inflow_e = quarter * ((left[x] + right[x]) + (above[x] + below[x]));
+            let charge_e = row_e[x] + inflow_e;
+            let over_e = charge_e - well_e;
             spilt_e[x] = if over_e > 0.0 { over_e } else { 0.0 };
-            self.row_e[x] = if over_e > 0.0 { self.well_e } else { charge_e };
+            row_e[x] = if over_e > 0.0 { well_e } else { charge_e };
         }
         greatest(spilt_e)
     }

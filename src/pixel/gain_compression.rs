@@ -10,7 +10,7 @@ use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::{f32_nearest, lesser};
-use crate::simd::{Kernel, dispatch};
+use crate::simd::kernel;
 
 /// A gain that falls with the charge.
 pub struct GainCompression {
@@ -76,26 +76,18 @@ impl Effect for GainCompression {
 
     fn apply(&self, row: &mut RowPass<'_>) {
         let per_uv = f32_nearest(1.0 / (self.conversion_gain_uv_per_e * self.capacity_e));
-        dispatch(Compress { values: row.values, per_uv, compression: f32_nearest(self.compression) });
+        compress(row.values, per_uv, f32_nearest(self.compression));
     }
 }
 
-struct Compress<'a> {
-    values: &'a mut [f32],
-    per_uv: f32,
-    compression: f32,
-}
-
-impl Kernel for Compress<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        for value in self.values {
-            let filled = *value * self.per_uv;
+kernel! {
+    /// values *= 1 - compression * filled, where `filled` is the share of the well, 0 to 1.
+    fn compress<'a>(values: &'a mut [f32], per_uv: f32, compression: f32) {
+        for value in values {
+            let filled = *value * per_uv;
             let filled = if filled > 0.0 { filled } else { 0.0 };
             let filled = if filled < 1.0 { filled } else { 1.0 };
-            *value *= 1.0 - self.compression * filled;
+            *value *= 1.0 - compression * filled;
         }
     }
 }

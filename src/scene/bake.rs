@@ -5,8 +5,6 @@
 //! the result does not depend on threads. On large triangles only some samples are traced (`refine`): the light of the rest is
 //! interpolated.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 pub(super) mod aims;
 pub(super) mod at_place;
 mod batch;

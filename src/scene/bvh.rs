@@ -4,8 +4,6 @@
 //! registers.
 //! Which tree comes out changes only the speed: hits depend on the triangles alone.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 mod cluster;
 mod reinsert;
 mod tree;

@@ -6,8 +6,6 @@
 //! aimed at, with the same directions from every sample and the same power in each, so one bright texel makes no bright speck;
 //! the rest is bounded, and is sampled by random rays.
 
-#![allow(clippy::needless_range_loop, reason = "bands of several arrays run in step")]
-
 use std::f32::consts::PI;
 
 use super::chance;

@@ -3,8 +3,6 @@
 //! All samples of a bake aim at the same points. So neighbours differ only by visibility, not by random draws: light without
 //! shadows is smooth, and a penumbra has as many steps as its lamp has points.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 pub mod fixture;
 
 use super::bulb::{Bulb, BulbPoint};

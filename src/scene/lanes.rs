@@ -4,8 +4,6 @@
 //! Lanes are the rays of a packet, the children of a node, or the triangles of a block. Every operation is one IEEE operation a lane,
 //! so bits do not depend on the level.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 use std::ops::{Add, BitAnd, BitOr, Mul, Sub};
 
 /// An array from an expression of its index, written out. A loop over packets of numbers is vectorised across its turns, by gathers and

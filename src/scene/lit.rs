@@ -3,8 +3,6 @@
 //! Light is carried as lux-equivalents a band: the exitance (or pi times radiance) that white light of the illuminant has at
 //! the same number of lux. A white surface under 1 lux of the illuminant has exitance (1, 1, 1, 1).
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 mod data;
 mod gloss;
 mod identity;

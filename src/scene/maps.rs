@@ -1,7 +1,5 @@
 //! Maps of a material beside its base colour: normals, roughness and metallic, emission (glTF 2.0, 3.9), by the same texture coordinates.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 use super::light::Bands;
 use super::texture::{Footprint, Texture};
 use super::vectors::{cross, dot, unit};

@@ -2,8 +2,6 @@
 //!
 //! Texels are kept as linear 16-bit numbers, so that averaging for the mip chain is done in light, not in code values.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 mod alike;
 pub mod footprint;
 mod mip;

@@ -6,8 +6,6 @@
 //! ray's own slabs see it, so the traversal may skip whatever they rule out. Of equal distances the triangle of lowest index wins.
 //! So a hit is a function of the triangles and the ray alone: other rays of the packet, the order and the tree do not change it.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 mod block;
 mod packet;
 mod rays;

@@ -42,7 +42,8 @@ fn no_retired_word_is_a_name() {
 
 #[test]
 fn each_word_of_the_glossary_is_in_use() {
-    let sources = files(&["src", "rtl_models/src"], "rs");
+    let mut sources = files(&["src", "rtl_models/src"], "rs");
+    sources.extend(files(&["python"], "py"));
     let all: String = sources.iter().map(|path| fs::read_to_string(path).unwrap().to_lowercase()).collect();
     let words = terms();
     assert!(words.len() > 30, "only {} words were read", words.len());

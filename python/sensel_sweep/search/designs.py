@@ -140,8 +140,7 @@ def excess_at(constraint: Constraint, value: float | None) -> float:
     """By how much a value is beyond the limit, as a share of the limit."""
     if value is None:
         return MISSING_EXCESS
-    beyond = (value - constraint.limit) / (abs(constraint.limit) or 1.0)
-    beyond = beyond if constraint.relation.startswith("<") else -beyond
+    beyond = constraint.sign * (value - constraint.limit) / (abs(constraint.limit) or 1.0)
     return TOUCHED_EXCESS if beyond <= 0.0 and not constraint.is_met(value) else beyond
 
 

@@ -110,10 +110,14 @@ class Constraint:
     share: float | None
     text: str
 
+    @property
+    def sign(self) -> float:
+        """What makes smaller better."""
+        return 1.0 if self.relation.startswith("<") else -1.0
+
     def moved(self, share: float) -> Constraint:
         """With a limit that is looser (above 0) or tighter by a share of itself."""
-        outwards = 1.0 if self.relation.startswith("<") else -1.0
-        return replace(self, limit=self.limit + outwards * share * abs(self.limit))
+        return replace(self, limit=self.limit + self.sign * share * abs(self.limit))
 
     def is_met(self, value: float | None) -> bool:
         """Whether a run keeps it; one without the figure does not."""

@@ -49,7 +49,7 @@ def tail_of(constraint: Constraint, rows: list[list[float]], variance: float) ->
     normal, out = float(special.ndtri(constraint.share)), (1.0 - constraint.share) * sum(map(len, rows))
     if normal <= 0.0 or out < RUNS_BEYOND:
         return 1.0
-    sign = 1.0 if constraint.relation.startswith("<") else -1.0
+    sign = constraint.sign
     beyond = sorted(
         sign * (value - mean_of_all(row)) * math.sqrt(len(row) / (len(row) - 1) / variance) for row in rows for value in row
     )
@@ -63,7 +63,7 @@ def scatter_of(constraint: Constraint, rows: list[list[float | None]]) -> Scatte
     is_log = constraint.limit > 0.0 and all(value > 0.0 for row in known for value in row)
     known = [[math.log(value) if is_log else value for value in row] for row in known]
     limit = math.log(constraint.limit) if is_log else constraint.limit
-    sign = 1.0 if constraint.relation.startswith("<") else -1.0
+    sign = constraint.sign
     known = sorted((row for row in known if sign * mean_of_all(row) <= sign * limit), key=lambda row: sign * mean_of_all(row))
     known = known[: max(DESIGNS_POOLED, math.ceil(0.5 * len(known)))]
     freedom = sum(len(row) - 1 for row in known)
@@ -84,7 +84,7 @@ def at_share(constraint: Constraint, values: list[float], scatter: Scatter, erro
     variance = (FREEDOM * scatter.variance + squares_about_mean(values)) / freedom
     quantile = scatter.tail * float(special.stdtrit(freedom, constraint.share))
     margin = quantile * math.sqrt(variance * (1.0 + 1.0 / runs)) - errors * math.sqrt(variance / runs)
-    value = mean + margin if constraint.relation.startswith("<") else mean - margin
+    value = mean + constraint.sign * margin
     return math.exp(value) if scatter.is_log else value
 
 

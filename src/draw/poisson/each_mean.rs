@@ -6,36 +6,17 @@ use super::ranges::{BRIGHT_MEAN_MIN, SERIES_MEAN_MAX, SERIES_MEAN_MIN, ordered};
 use super::series::by_series;
 use super::summation::by_summation;
 use crate::num::f32_nearest;
-use crate::simd::{Kernel, dispatch};
+use crate::simd::kernel;
 
-/// Replaces each mean (e-, any f32; 0, negative means and NaN give 0) by the Poisson quantile of its uniform. Exact to
-/// 2^24 e-, where f32 holds each integer; beyond that the quantile is rounded to the nearest f32.
-///
-/// Panics if the slices differ in length.
-pub fn poisson(uniforms: &[u32], values_e: &mut [f32]) {
-    assert!(uniforms.len() == values_e.len(), "a draw needs one uniform");
-    dispatch(Poisson { uniforms, values_e });
-}
-
-pub(super) struct Poisson<'a> {
-    uniforms: &'a [u32],
-    values_e: &'a mut [f32],
-}
-
-/// What a block is worked out in, kept from block to block so that it is cleared once a row.
-pub(super) struct Room {
-    means_e: [f32; BLOCK],
-    doubts: [u32; BLOCK],
-    values: [[f32; BLOCK]; 6],
-}
-
-impl Kernel for Poisson<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let (uniforms, rest_uniforms) = self.uniforms.as_chunks::<BLOCK>();
-        let (values_e, rest_e) = self.values_e.as_chunks_mut::<BLOCK>();
+kernel! {
+    /// Replaces each mean (e-, any f32; 0, negative means and NaN give 0) by the Poisson quantile of its uniform. Exact to
+    /// 2^24 e-, where f32 holds each integer; beyond that the quantile is rounded to the nearest f32.
+    ///
+    /// Panics if the slices differ in length.
+    pub fn poisson<'a>(uniforms: &'a [u32], values_e: &'a mut [f32]) {
+        assert!(uniforms.len() == values_e.len(), "a draw needs one uniform");
+        let (uniforms, rest_uniforms) = uniforms.as_chunks::<BLOCK>();
+        let (values_e, rest_e) = values_e.as_chunks_mut::<BLOCK>();
         let mut room = Room { means_e: [0.0; BLOCK], doubts: [0; BLOCK], values: [[0.0; BLOCK]; 6] };
         for (uniforms, values_e) in uniforms.iter().zip(values_e) {
             block(uniforms, values_e, &mut room);
@@ -51,6 +32,13 @@ impl Kernel for Poisson<'_> {
         block(&uniforms, &mut padded_e, &mut room);
         rest_e.copy_from_slice(&padded_e[..rest_e.len()]);
     }
+}
+
+/// What a block is worked out in, kept from block to block so that it is cleared once a row.
+pub(super) struct Room {
+    means_e: [f32; BLOCK],
+    doubts: [u32; BLOCK],
+    values: [[f32; BLOCK]; 6],
 }
 
 #[inline(always)]

@@ -3,7 +3,7 @@
 use super::each_mean::poisson;
 use crate::draw::exact::for_each_step;
 use crate::draw::normal::BLOCK;
-use crate::simd::{Kernel, dispatch};
+use crate::simd::kernel;
 
 /// Below this mean the steps of the distribution function are few enough to compare each uniform with.
 const STEPS_MEAN_MAX: f32 = 8.0;
@@ -22,25 +22,16 @@ pub fn poisson_of_one_mean(uniforms: &[u32], mean_e: f32, out_e: &mut [f32]) {
     }
     let mut steps = Vec::with_capacity(STEPS);
     for_each_step(mean_e, |least| steps.push(least));
-    dispatch(CountReached { uniforms, steps: &steps, out_e });
+    count_reached(uniforms, &steps, out_e);
 }
 
-/// The number of steps at or below each uniform. Steps ascend, so a block ends with the first that none of its uniforms reaches.
-struct CountReached<'a> {
-    uniforms: &'a [u32],
-    steps: &'a [u32],
-    out_e: &'a mut [f32],
-}
-
-impl Kernel for CountReached<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let (uniforms, rest_uniforms) = self.uniforms.as_chunks::<BLOCK>();
-        let (out_e, rest_e) = self.out_e.as_chunks_mut::<BLOCK>();
+kernel! {
+    /// The number of steps at or below each uniform. Steps ascend, so a block ends with the first that none of its uniforms reaches.
+    fn count_reached<'a>(uniforms: &'a [u32], steps: &'a [u32], out_e: &'a mut [f32]) {
+        let (uniforms, rest_uniforms) = uniforms.as_chunks::<BLOCK>();
+        let (out_e, rest_e) = out_e.as_chunks_mut::<BLOCK>();
         for (uniforms, out_e) in uniforms.iter().zip(out_e) {
-            count(uniforms, self.steps, out_e);
+            count(uniforms, steps, out_e);
         }
         if rest_e.is_empty() {
             return;
@@ -48,7 +39,7 @@ impl Kernel for CountReached<'_> {
         let mut uniforms = [0; BLOCK];
         uniforms[..rest_uniforms.len()].copy_from_slice(rest_uniforms);
         let mut padded_e = [0.0; BLOCK];
-        count(&uniforms, self.steps, &mut padded_e);
+        count(&uniforms, steps, &mut padded_e);
         rest_e.copy_from_slice(&padded_e[..rest_e.len()]);
     }
 }

@@ -3,7 +3,7 @@
 //! Patterns of the die and all else that is not drawn in each frame act on the mean as they do on a sample; through what is not linear
 //! among them two points, a sigma above and below, carry mean and variance (exact to the third order of a normal; Julier and
 //! Uhlmann 2004). Draws add their mean and variance: Poisson counts the mean, a binomial loss s the variance s (1 - s) N, a full
-//! well clips a normal. The converters' part is in `adc/expected`. Effects that are in neither `STANDING` nor `DRAWN` have no closed form
+//! well clips a normal. The converters' part is in `adc/expected`. Effects that are in neither `NOT_DRAWN` nor `DRAWN` have no closed form
 //! here and are refused by name: defects with random draws, traps, clock jitter, and what spreads charge between pixels or frames.
 
 use super::row::{RowAt, RowBuffers};
@@ -18,7 +18,7 @@ use crate::pixel::{self, SampledLevels, flicker_variance_uv2, ktc_sigmas};
 use crate::plane::Plane;
 
 /// Effects of which mean and variance are known: those that are not drawn anew in each frame, and those that are.
-const STANDING: [&str; 13] = [
+const NOT_DRAWN: [&str; 13] = [
     "prnu",
     "parasitic_light",
     "dead_pixels",
@@ -74,7 +74,7 @@ impl Chain {
         let all = self.gathering.iter().map(AsRef::as_ref).chain(reading.effects());
         for effect in all {
             let name = effect.name();
-            if !STANDING.contains(&name) && !DRAWN.contains(&name) {
+            if !NOT_DRAWN.contains(&name) && !DRAWN.contains(&name) {
                 return refuse(name, &format!("run.effects = \"-{name}\""));
             }
         }
@@ -166,18 +166,17 @@ impl Chain {
                     *mean *= kept;
                 }
             }
-            name => match self.noise_uv2(name) {
-                Some([signal_uv2, reset_uv2]) => {
-                    row.variance.iter_mut().for_each(|variance| *variance += signal_uv2);
-                    row.reset_variance_uv2 += reset_uv2;
-                }
-                None => self.through(effect, at, buffers, row),
-            },
+            name if NOT_DRAWN.contains(&name) => self.through(effect, at, buffers, row),
+            name => {
+                let [signal_uv2, reset_uv2] = self.noise_uv2(name);
+                row.variance.iter_mut().for_each(|variance| *variance += signal_uv2);
+                row.reset_variance_uv2 += reset_uv2;
+            }
         }
     }
 
-    /// Variances that a noise adds to signal and reset; none for what is no noise.
-    fn noise_uv2(&self, name: &str) -> Option<[f64; 2]> {
+    /// Variances that a noise of `DRAWN` adds to signal and reset.
+    fn noise_uv2(&self, name: &str) -> [f64; 2] {
         let (pixel, adc) = (&self.parameters.pixel, &self.parameters.adc);
         let sampling = sampling(&self.parameters);
         let shared = |variance_uv2: f64| match sampling.samples {
@@ -189,17 +188,17 @@ impl Chain {
             [sigmas.signal_uv * sigmas.signal_uv, sigmas.reset_uv * sigmas.reset_uv]
         };
         match name {
-            "read_noise" => Some(shared(pixel.read_noise_uv * pixel.read_noise_uv)),
-            "flicker_noise" => Some(shared(flicker_variance_uv2(pixel, sampling))),
+            "read_noise" => shared(pixel.read_noise_uv * pixel.read_noise_uv),
+            "flicker_noise" => shared(flicker_variance_uv2(pixel, sampling)),
             "ktc_noise" => {
                 let sigmas = ktc_sigmas(pixel, sampling.samples);
-                Some([sigmas.signal_uv * sigmas.signal_uv, sigmas.reset_uv * sigmas.reset_uv])
+                [sigmas.signal_uv * sigmas.signal_uv, sigmas.reset_uv * sigmas.reset_uv]
             }
-            "column_noise" => Some([adc.column_noise_uv * adc.column_noise_uv, 0.0]),
-            "row_noise" => Some([adc.row_noise_uv * adc.row_noise_uv, 0.0]),
-            "comparator_noise" => Some(of_each(adc.comparator_noise_uv)),
-            "ramp_noise" => Some(of_each(adc.ramp_noise_uv)),
-            _ => None,
+            "column_noise" => [adc.column_noise_uv * adc.column_noise_uv, 0.0],
+            "row_noise" => [adc.row_noise_uv * adc.row_noise_uv, 0.0],
+            "comparator_noise" => of_each(adc.comparator_noise_uv),
+            "ramp_noise" => of_each(adc.ramp_noise_uv),
+            _ => unreachable!("{name} is in DRAWN and has no moments"),
         }
     }
 

@@ -68,9 +68,9 @@ pub fn around(at: usize, width: usize, count: usize) -> impl Iterator<Item = usi
     rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
 }
 
-/// Contrast of a pixel to the eight around it: their variance, plus half the squared difference between their mean and the pixel.
+/// Squared contrast of a pixel to the eight around it: their variance, plus half the squared difference between their mean and the pixel.
 /// The second value is the mean variance that the last doubling removed from those eight.
-fn contrast(seen: &[FirstBatch], width: usize, at: usize) -> (f32, f32) {
+fn contrast2(seen: &[FirstBatch], width: usize, at: usize) -> (f32, f32) {
     let (mut sum, mut squares, mut removed_variance, mut count) = (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
     for other in around(at, width, seen.len()).filter(|other| *other != at) {
         let difference = seen[other].photons - seen[at].photons;
@@ -90,8 +90,8 @@ fn contrast(seen: &[FirstBatch], width: usize, at: usize) -> (f32, f32) {
 const SURE_SIGMAS: f32 = 3.0;
 
 /// Bound on the variance of a feature that n samples of a pixel missed, times n^3. The edge of a feature of contrast c lies anywhere over
-/// two pixels. With probability 1 / 2n it lies in the share 1 / n of a pixel that the samples missed. The error is then uniform up to
-/// c / n, with the mean square (c / n)^2 / 3. Together that is c^2 / 6 n^3. The contrast is that of samples, not of pixels: slits of sky
+/// two pixels. With probability 1 / (2 n) it lies in the share 1 / n of a pixel that the samples missed. The error is then uniform up to
+/// c / n, with the mean square (c / n)^2 / 3. Together that is c^2 / (6 n^3). The contrast is that of samples, not of pixels: slits of sky
 /// are thinner than a pixel.
 pub fn missed_variance(seen: &[FirstBatch], width: usize, at: usize) -> f32 {
     let mut most = 0.0_f32;
@@ -127,29 +127,29 @@ pub fn first_estimates(
     is_sampled: impl Fn(usize) -> bool,
 ) -> Vec<Estimate> {
     let one = |at: usize| {
-        let (contrast, removed_variance) = contrast(seen, width, at);
-        (contrast, removed_variance, missed_variance(seen, width, at))
+        let (contrast2, removed_variance) = contrast2(seen, width, at);
+        (contrast2, removed_variance, missed_variance(seen, width, at))
     };
     let rows: Vec<Vec<_>> = collected(seen.len() / width, |row| (row * width..(row + 1) * width).map(one).collect());
-    // Ratio of the remaining variance, estimated from halves, to the contrasts.
-    let (mut remaining_sum, mut contrast_sum) = (0.0_f64, 0.0_f64);
-    for (at, (pixel, (contrast, ..))) in seen.iter().zip(rows.iter().flatten()).enumerate() {
+    // Ratio of the remaining variance, estimated from halves, to the squared contrasts.
+    let (mut remaining_sum, mut contrast2_sum) = (0.0_f64, 0.0_f64);
+    for (at, (pixel, (contrast2, ..))) in seen.iter().zip(rows.iter().flatten()).enumerate() {
         if pixel.photons > 0.0 && pixel.photons < saturation_photons && is_sampled(at) {
             remaining_sum += f64::from(LEFT_TYPICAL * pixel.removed_variance / pixel.photons);
-            contrast_sum += f64::from(*contrast / pixel.photons);
+            contrast2_sum += f64::from(*contrast2 / pixel.photons);
         }
     }
-    let per_contrast = if contrast_sum > 0.0 { f32_nearest(remaining_sum / contrast_sum) } else { 0.0 };
+    let per_contrast2 = if contrast2_sum > 0.0 { f32_nearest(remaining_sum / contrast2_sum) } else { 0.0 };
     let n = f32_from_u32(samples);
-    let of = |(at, (pixel, &(contrast, removed_variance, missed))): (usize, (&FirstBatch, &(f32, f32, f32)))| {
+    let of = |(at, (pixel, &(contrast2, removed_variance, missed))): (usize, (&FirstBatch, &(f32, f32, f32)))| {
         if !is_sampled(at) {
             return Estimate { photons: 0.0, variance: 0.0, samples: 0, stage: Stage::First };
         }
-        let resolved = LEFT_TYPICAL * removed_variance + per_contrast * contrast;
+        let resolved = LEFT_TYPICAL * removed_variance + per_contrast2 * contrast2;
         let mut variance = 0.5 * resolved + missed / (n * n * n);
         // Few samples of a pixel at the rim of a lamp are as likely to be all of the lamp as not, and so are most of them.
         if !(pixel.photons < saturation_photons) {
-            for least in [0.25 * contrast, pixel.spread / n] {
+            for least in [0.25 * contrast2, pixel.spread / n] {
                 variance = if least > variance { least } else { variance };
             }
         }

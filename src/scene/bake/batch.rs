@@ -1,8 +1,6 @@
 //! Traces the rays of neighbouring places together, in order of direction: a packet whose rays go the same way traverses the tree once.
 //! What a ray meets depends on the ray alone, so the order changes no bit.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 use super::super::geometry::Scene;
 use super::super::lanes::LANES;
 use super::super::tracer::{Hits, MISS, Packet, Stack, closest_through};

@@ -1,8 +1,6 @@
 //! Samples that a surface cuts off from the neighbours they are interpolated with: the floor in a crate of two-sided material without a
 //! bottom. As they are, they would darken the floor around the crate as far as the next sample.
 
-#![allow(clippy::needless_range_loop, reason = "lanes and bands of several arrays run in step")]
-
 use super::super::geometry::Scene;
 use super::super::lanes::LANES;
 use super::super::light::{BANDS, Bands};

@@ -1,7 +1,5 @@
 //! Fans of rays over a sample, and the two groups in which their light is kept.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 use super::super::chance::{cosine_direction, pair};
 use super::super::lanes::{Floats, LANES};
 use super::super::light::BANDS;

@@ -1,7 +1,5 @@
 //! Results of the rays of neighbouring samples, close together in memory: their direct light, and the places that each of their sides sees.
 
-#![allow(clippy::needless_range_loop, reason = "bands of several arrays run in step")]
-
 use super::super::geometry::Scene;
 use super::super::light::{BANDS, Bands};
 use super::aims::Aims;

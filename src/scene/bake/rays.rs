@@ -1,7 +1,5 @@
 //! The rays of one sample: its direct light, and the hits of its random rays.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 use super::super::chance::{frame, turned};
 use super::super::geometry::Scene;
 use super::super::lanes::LANES;

@@ -4,8 +4,6 @@
 //! close to it, and each of its samples sees the lamps that all its nodes see (cf. irradiance caching: Ward, Rubinstein and Clear,
 //! SIGGRAPH 1988). Choices depend on traced light alone, wave by wave, so they are the same on any number of threads.
 
-#![allow(clippy::needless_range_loop, reason = "bands of several arrays run in step")]
-
 use glam::DVec3;
 
 use super::super::chance::in_chunks;

@@ -1,8 +1,6 @@
 //! Light of lamps and bright directions over plane mirrors. Few random rays that a mirror reflects meet a lamp, and each would be a speck
 //! of light; so shadow rays go from a place to the mirror and on to the lamp.
 
-#![allow(clippy::needless_range_loop, reason = "bands of several arrays run in step")]
-
 use super::super::geometry::Scene;
 use super::super::lanes::LANES;
 use super::super::light::BANDS;

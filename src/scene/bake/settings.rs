@@ -1,7 +1,5 @@
 //! Settings of a bake.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 use super::super::geometry::Scene;
 
 /// Version of the method and of the stored form: part of the key, so a stale bake is never taken.

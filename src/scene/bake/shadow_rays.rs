@@ -1,7 +1,5 @@
 //! Shadow rays towards what samples aim at, and the light that they find.
 
-#![allow(clippy::needless_range_loop, reason = "bands of several arrays run in step")]
-
 use super::super::geometry::Scene;
 use super::super::lanes::LANES;
 use super::super::light::{BANDS, luminance};

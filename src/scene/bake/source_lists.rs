@@ -1,8 +1,6 @@
 //! The light of single sources at places where a render needs it beside the sum: at edges of shadows that are sharper than the distance
 //! between samples, where the visible share of a source changes and shadow rays are traced; and on normal maps.
 
-#![allow(clippy::needless_range_loop, reason = "corners of several arrays run in step")]
-
 use super::super::light::{Bands, luminance};
 use super::super::mesh::Mesh;
 use super::super::samples::Layout;

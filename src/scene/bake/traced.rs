@@ -1,7 +1,5 @@
 //! The traced rays of a bake's samples, and the light of all places that follows from them.
 
-#![allow(clippy::needless_range_loop, reason = "bands of several arrays run in step")]
-
 use super::super::chance::in_chunks;
 use super::super::light::{BANDS, Bands};
 use super::cells::NODES;

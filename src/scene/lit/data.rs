@@ -1,7 +1,5 @@
 //! A lit scene's fields, and the bounds of its exitance.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 use super::super::bulb::Cone;
 use super::super::flicker::Flicker;
 use super::super::geometry::Scene;

@@ -5,8 +5,6 @@
 //! share f of the light from all around, a surface of albedo a has 1 / (1 - f a) times what comes past them. They send no light to the
 //! fixed scene, which they shade in the render (`optics/render/shadows`).
 
-#![allow(clippy::needless_range_loop, reason = "bands and groups of several arrays run in step")]
-
 use glam::DVec3;
 use std::sync::OnceLock;
 

@@ -4,8 +4,6 @@
 //! source's part goes as the cosine to its middle. The rest counts as even over the hemisphere: a plane that is tilted by an
 //! angle a sees the share (1 + cos a) / 2 of it.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 use super::super::lanes::{Floats, LANES, Mask};
 use super::super::light::{BANDS, Bands};
 use super::super::maps::{mapped_normal, tangent_space};

@@ -1,8 +1,6 @@
 //! Light that leaves one triangle towards the rays of a packet that met it, in lux-equivalents by band; lane by lane equal to
 //! `exitance_lux` in every bit.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 use super::super::lanes::{Floats, LANES, Mask, Vectors, dot3, next_lane, splat3};
 use super::super::light::{BANDS, Bands};
 use super::super::mesh::Mesh;

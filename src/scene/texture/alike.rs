@@ -2,8 +2,6 @@
 //!
 //! Picture, level and places in a row are those of all lanes, so that only the fetching of texels runs lane by lane.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 use super::super::lanes::{Floats, LANES, Mask, next_lane};
 use super::super::light::{BANDS, Bands, INFRARED};
 use super::{Footprint, ONE, TAPS_MAX, TO_WHOLE, Texture, Wrap, between};

@@ -1,8 +1,8 @@
 //! Footprint of a sample on a texture: the ellipse of texels that a look-up averages over, from ray differentials.
 //!
-//! A sample of N stands for a share f = 1 / sqrt(N) of the pixel's width, of its height and of the motion over the exposure. Its
-//! look-up is moved towards the middle of all three by the factor c = sqrt(1 - f^2), so that the spread of the samples' places and
-//! that of their filters sum to the pixel's own: to second order nothing is blurred twice, at any N. The step of a sharp edge is
+//! A sample of N stands for a share f = 1 / sqrt(N) of the pixel's width, of its height and of the motion over the exposure. The
+//! offset of its look-up from the middle of all three is multiplied by c = sqrt(1 - f^2), so that the spread of the samples' places
+//! and that of their filters sum to the pixel's own: to second order nothing is blurred twice, at any N. The step of a sharp edge is
 //! rounded by f / 8 of its contrast at most.
 
 use super::super::lanes::Floats;

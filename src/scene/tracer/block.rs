@@ -1,7 +1,5 @@
 //! Intersects rays of one octant of directions with a block of triangles, and keeps nearer hits.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 use super::super::bvh::TriangleBlock;
 use super::super::lanes::{Eight, Floats, LANES, Mask};
 use super::super::vectors::dot;

@@ -1,7 +1,5 @@
 //! A packet of rays, its hits, and holes in triangles.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 use super::super::lanes::{Floats, LANES, Mask, Vectors, dot3, unrolled};
 
 /// Rays that are traced together. A lane whose `t_max` is below its `t_min` is idle.

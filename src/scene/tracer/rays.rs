@@ -1,8 +1,6 @@
 //! Prepares a packet of rays for traversal: groups that traverse every axis in the same direction, with the values that boxes and triangles
 //! need, and the range of each value over the group.
 
-#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
-
 use super::super::lanes::{Floats, LANES, Mask, Vectors, unrolled};
 use super::packet::Packet;
 
