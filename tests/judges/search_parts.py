@@ -124,7 +124,7 @@ def designs_beside_the_best_stay_in_the_space():
 
 def files_are_read():
     root = Path(__file__).parents[2]
-    for name, factors, walks in (("hall_power", 8, 12), ("hall_night_power", 8, 4), ("pose_2mw", 9, 2), ("runner_shutter", 6, 2)):
+    for name, factors, walks in (("hall_power", 8, 12), ("hall_night_power", 8, 12), ("pose_2mw", 9, 4), ("runner_shutter", 6, 4)):
         study = file.read(root / f"scenes/studies/{name}.toml")
         assert (len(study.factors), len(study.trajectories)) == (factors, walks) and study.guesses[0][0] == "expert", name
         seen = {name for name, _ in study.trajectories}

@@ -136,18 +136,18 @@ def sentences(state: State, all_judged: list[Judged], number: int | None) -> lis
     lines += better_sentence(state, all_judged, own)
     among = eligible(all_judged)
     kept = "are shown to keep every share" if own.is_shown else "keep all constraints"
-    found = f"Designs that {kept}: {len(among)} of {len(all_judged)} that were evaluated anew."
+    found = f"Designs that {kept}: {len(among)} of the {len(all_judged)} in the final evaluation."
     if len(state.wish.objectives) == 1:
         goal = "largest" if state.wish.objectives[0].is_maximised else "least"
         resolution = state.wish.objectives[0].resolution
         least = f"This one has the {goal} {own_figure(state)}."
-        surest = f"Of those within {digits(resolution)} of their {goal} {own_figure(state)} this one keeps the constraints most surely."
+        surest = f"Of those within {digits(resolution)} of the {goal} {own_figure(state)}, this one is most certain to keep them."
         lines.append(f"{found} {surest if resolution else least}")
         lines.append(front_sentence(state, goal, all_judged))
         lines.append(f"With {own_figure(state)} as the only objective, its price changes nothing.")
     else:
         lines.append(
-            f"{found} This one has the least weighted product of its objectives: one percent of each weighs as much as its weight says."
+            f"{found} This one has the least product of its objectives, each raised to its weight."
         )
         for objective, (figure, other) in zip(state.wish.objectives, prices_doubled(state, all_judged)):
             priced = "were worth" if objective.is_maximised else "cost"
@@ -194,7 +194,7 @@ def front_sentence(state: State, goal: str, all_judged: list[Judged]) -> str:
         end = f"{digits(low)} or more" if math.isinf(high) else f"{digits(high)} or less"
         return f"{what}: {end}. The runs do not exclude that no design here keeps them."
     is_open = any(one.share is not None for one in state.wish.constraints)
-    why = " The runs leave open whether designs that are not shown keep their shares." if is_open else ""
+    why = " It allows for designs whose shares the runs do not decide." if is_open else ""
     return f"{what}: {digits(low)} to {digits(high)}.{why}"
 
 
@@ -348,7 +348,7 @@ def front_section(state: State, all_judged: list[Judged], number: int | None) ->
         search_means = [digits(mean) for mean in next(s.means for s in state.summaries() if s.design.number == one.number)]
         name = title_of(state, one.number) + (" (chosen)" if one.number == number else "")
         rows.append([name, *(mean_text(mean) for mean in one.means), *kept, ", ".join(search_means), design_text(state, one.number)])
-    heads = ["design", *figures, *(one.text for one in wish.constraints), "means in the search", "is"]
+    heads = ["design", *figures, *(one.text for one in wish.constraints), "means in the search", "values"]
     picture = ""
     if len(figures) >= 2:
         feasible = [one for one in state.summaries() if one.is_feasible]
@@ -360,7 +360,7 @@ def front_section(state: State, all_judged: list[Judged], number: int | None) ->
             [
                 Series("search, feasible", "var(--rule)", [(one.means[0], one.means[1]) for one in feasible], radius_px=3.0),
                 Series(
-                    "evaluated anew",
+                    "held-back runs",
                     "var(--s1)",
                     [(one.means[0].value, one.means[1].value) for one in final],
                     [one.means[1].interval for one in final],
@@ -370,9 +370,9 @@ def front_section(state: State, all_judged: list[Judged], number: int | None) ->
             ],
         )
     return (
-        f"<section><h2>Front</h2>{picture}<p class=\"note\">Evaluated anew on what the search never saw: {escape(held)}. Means with "
-        f"{100 * CONFIDENCE:.0f} % intervals of Student's t, which count runs as independent. A mean of the search itself is too good "
-        f"where the design was picked for it.</p>{table(heads, rows)}</section>"
+        f"<section><h2>Front</h2>{picture}<p class=\"note\">Held-back runs, which the search never saw: {escape(held)}. Means with "
+        f"{100 * CONFIDENCE:.0f} % intervals of Student's t, which count runs as independent. The search's own means are too good, "
+        f"because designs were picked by them.</p>{table(heads, rows)}</section>"
     )
 
 
@@ -409,5 +409,5 @@ def designs_section(state: State) -> str:
         verdict = "front" if one.design.number in on_front else "feasible" if one.is_feasible else "misses a constraint"
         name, what = title_of(state, one.design.number), design_text(state, one.design.number)
         rows.append([name, str(one.design.round), str(one.runs), *map(digits, one.means), one.design.refusal or verdict, what])
-    heads = ["design", "round", "runs", *(one.figure for one in state.wish.objectives), "state", "is"]
+    heads = ["design", "round", "runs", *(one.figure for one in state.wish.objectives), "state", "values"]
     return f"<section><h2>All designs</h2>{table(heads, rows)}</section>"
