@@ -160,7 +160,8 @@ impl SpecificationJudgement {
             format!("; {keep} further runs decide if all keep the limit, {miss} if all miss it")
         });
         format!(
-            "{}: {} of {} runs ({percent:.2} %, 95 % interval {low:.2} to {high:.2} %){further}; sequential test against a quarter of the misses: {}",
+            "{}: {} of {} runs ({percent:.2} %, 95 % interval {low:.2} to {high:.2} %){further}; \
+             sequential test against a quarter of the misses: {}",
             self.verdict.name(),
             self.met,
             self.runs,
