@@ -73,7 +73,7 @@ pub struct RowPass<'a> {
     pub keys: &'a KeptKeys,
     /// Electrons from which on a pixel ends at its full well whatever any effect of the charge draws; infinite where that is not
     /// known.
-    pub full_from_e: f32,
+    pub saturated_from_e: f32,
     /// Columns that the effect had nothing to do for, counted by the effect.
     pub idle_px: usize,
 }
@@ -96,7 +96,7 @@ impl RowPass<'_> {
     }
 
     /// Key of an effect's column pattern: part of the die, equal in all rows and frames.
-    pub fn column_key(&self, effect: EffectNumber) -> DrawKey {
+    pub fn column_pattern_key(&self, effect: EffectNumber) -> DrawKey {
         let (frame, row) = (FrameIndex(0), RowIndex(0));
         self.keys.of_row(effect, RowPlace { seed: self.die_seed, frame, slot: 0, row, ..self.place })
     }
@@ -131,8 +131,8 @@ impl RowPass<'_> {
 }
 
 /// Whether all of these pixels end at the full well whatever is drawn; false for NaN.
-pub fn all_full(values_e: &[f32], full_from_e: f32) -> bool {
-    values_e.iter().fold(true, |all, &value_e| all & (value_e >= full_from_e))
+pub fn all_full(values_e: &[f32], saturated_from_e: f32) -> bool {
+    values_e.iter().fold(true, |all, &value_e| all & (value_e >= saturated_from_e))
 }
 
 /// Whether all of these pixels are empty: the positive zero.

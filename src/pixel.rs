@@ -42,7 +42,7 @@ pub use die_gain::{DieGain, die_gain_max};
 pub use die_offset::DieOffset;
 pub use dsnu::Dsnu;
 pub use flicker_noise::{flicker_noise, flicker_variance_uv2};
-pub use full_well::{FullWell, full_from_e};
+pub use full_well::{FullWell, saturated_from_e};
 pub use gain_compression::{GainCompression, compressed_slope_min};
 pub use hot_pixels::HotPixels;
 pub use image_lag::ImageLag;
@@ -151,7 +151,7 @@ mod tests {
             uniforms: &mut uniforms,
             draws: &mut draws,
             keys: &KeptKeys::default(),
-            full_from_e: f32::INFINITY,
+            saturated_from_e: f32::INFINITY,
             idle_px: 0,
         });
         values.into_iter().map(f64::from).collect()

@@ -37,7 +37,7 @@ pub mod rig;
 mod shift;
 mod start;
 mod state;
-pub mod sweep;
+pub mod row_motion;
 mod tracks;
 mod unit;
 
@@ -46,7 +46,7 @@ use glam::DVec3;
 use crate::error::Error;
 use crate::pose::TimedPose;
 
-pub use answer::{FrameInput, Inlier, Status, TrackedFrame, TrackerWork};
+pub use answer::{FrameInput, Inlier, LossReason, Status, TrackedFrame, TrackerWork};
 use close::LoopCandidate;
 use extend::PendingKeypoints;
 pub use map::Landmark;
@@ -56,9 +56,9 @@ pub use preintegrate::filter::{ImuCalibration, ImuFilter};
 pub use preintegrate::{ImuMeasurement, Noise};
 pub use rig::CameraCalibration;
 use rig::{CameraKeypoints, RigCamera};
+pub use row_motion::RowClock;
 use start::MonoInitialiser;
 use state::TrackerState;
-pub use sweep::RowClock;
 
 /// The published number of the tracker's draws.
 const DRAWS: u64 = 0x7472_6163_6b65_7231;

@@ -198,6 +198,9 @@ fn median(values: &mut [f64]) -> f64 {
 /// Effects whose draws all pixels of a row share.
 const SHARED_BY_ROWS: [&str; 3] = ["row_noise", "row_offset", "ramp_noise"];
 
+/// Effects whose draw or pattern all pixels of a column share.
+const SHARED_BY_COLUMNS: [&str; 3] = ["column_gain", "column_offset", "column_noise"];
+
 impl Differences {
     fn of(full: &[f64], planned: &[f64]) -> Self {
         // A stuck pixel is far beyond every converter: what is added to it changes no code.

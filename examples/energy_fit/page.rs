@@ -136,7 +136,7 @@ fn trends(root: &Path) -> String {
 
 fn link(root: &Path) -> String {
     let mut table = String::from(
-        "| codes | container | Mbit/s of codes | Mbit/s in containers | link, mW | of which flow with nothing to send, mW |\n\
+        "| codes | container | Mbit/s of codes | Mbit/s in containers | link, mW | of which flows while idle, mW |\n\
          |---|---|---|---|---|---|\n",
     );
     for (bits, container) in [(10, "RAW10"), (8, "RAW8"), (6, "RAW6"), (4, "RAW6"), (2, "RAW6")] {

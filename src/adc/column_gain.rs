@@ -45,7 +45,7 @@ impl Effect for ColumnGain {
     }
 
     fn apply(&self, row: &mut RowPass<'_>) {
-        let pattern = self.pattern.normals(row.column_key(Self::NUMBER), row.uniforms);
+        let pattern = self.pattern.normals(row.column_pattern_key(Self::NUMBER), row.uniforms);
         scale_by_pattern(row.values, &pattern, f32_nearest(self.sigma));
         if !row.reset.is_empty() {
             scale_by_pattern(row.reset, &pattern, f32_nearest(self.sigma));

@@ -55,7 +55,7 @@ impl Effect for ColumnOffset {
     }
 
     fn apply(&self, row: &mut RowPass<'_>) {
-        let key = row.column_key(Self::NUMBER);
+        let key = row.column_pattern_key(Self::NUMBER);
         if self.signal_uv > 0.0 {
             let pattern = self.residual.normals(key, row.uniforms);
             add_scaled(row.values, &pattern, f32_nearest(self.signal_uv));

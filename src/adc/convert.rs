@@ -63,7 +63,7 @@ impl Converter {
         self.edges.edge_nv(k)
     }
 
-    /// The converters of a die. `die` is the key of its columns, as `RowPass::column_key` makes it.
+    /// The converters of a die. `die` is the key of its columns, as `RowPass::column_pattern_key` makes it.
     pub fn columns(&self, die: DrawKey, width: usize) -> Columns<'_> {
         Columns { converter: self, delays_clk: column_delay::delays_clk(&self.params, die, width), places: None }
     }
@@ -136,7 +136,7 @@ impl Columns<'_> {
         assert!(signal_uv.len() == codes.len(), "a column has one code");
         match &self.converter.kernel {
             _ if self.converter.is_clocked => self.convert_by_clock(signal_uv, reset_uv, codes),
-            Some(kernel) if self.converter.is_plain => kernel.convert_row(signal_uv, reset_uv, codes),
+            Some(kernel) if self.converter.is_plain => kernel.convert_linear_row(signal_uv, reset_uv, codes),
             _ => self.convert_by_crossings(signal_uv, reset_uv, codes),
         }
     }

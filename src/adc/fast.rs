@@ -224,7 +224,7 @@ mod tests {
                         signal_uv[case] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY][case];
                     }
                     let mut codes = vec![0; width];
-                    let work = kernel.convert_row(&signal_uv, &reset_uv, &mut codes);
+                    let work = kernel.convert_linear_row(&signal_uv, &reset_uv, &mut codes);
                     let (expected, expected_work) = slowly(&params, &signal_uv, &reset_uv);
                     assert_eq!(codes, expected, "seed {seed}, width {width}, {params:?}");
                     assert_eq!(work, expected_work, "seed {seed}, width {width}, {params:?}");

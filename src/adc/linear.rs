@@ -68,7 +68,7 @@ impl LinearKernel {
     }
 
     /// Converts a row; without reset samples its counts are the codes. A NaN counts no edge.
-    pub fn convert_row(&self, signal_uv: &[f32], reset_uv: &[f32], codes: &mut [u16]) -> RowWork {
+    pub fn convert_linear_row(&self, signal_uv: &[f32], reset_uv: &[f32], codes: &mut [u16]) -> RowWork {
         let mut work = RowWork::default();
         let mut reset_parts = reset_uv.chunks(COLUMNS_PER_SUM);
         for (signal_uv, codes) in signal_uv.chunks(COLUMNS_PER_SUM).zip(codes.chunks_mut(COLUMNS_PER_SUM)) {

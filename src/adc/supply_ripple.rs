@@ -2,8 +2,8 @@
 //!
 //! Model: a regulator's ripple of amplitude `supply_ripple_uv` at the ADC's input (rejection included) moves a sample when its
 //! comparator decides: at time of the row's readout, plus the start of its conversion within the line, plus the clocks to its
-//! crossing on the undisturbed ramp. Rows meet it at other phases, which shows as banding. It has no draw: the phase is that of run time,
-//! and phase 0 is the start of the run.
+//! crossing on the undisturbed ramp. Rows sample it at different phases, which shows as banding. It has no draw: the phase is that of
+//! run time, and phase 0 is the start of the run.
 //!
 //! The phase of a row is the fraction of frequency times time, exact for the two floats, so it does not wander after hours: what is left is
 //! the rounding of the time itself (2^-53 of it: 4e-7 periods of 1 MHz after an hour). Within a conversion
@@ -23,7 +23,7 @@ pub struct SupplyRipple {
     amplitude_uv: f64,
     frequency_hz: f64,
     /// Sine and cosine of the phase that the ripple goes through in that many clocks.
-    turns: Vec<[f64; 2]>,
+    rotations: Vec<[f64; 2]>,
 }
 
 impl SupplyRipple {
@@ -36,8 +36,8 @@ impl SupplyRipple {
         let clock_s = 1.0 / f64_from_u64(params.clock_hz);
         let steps = params.code_max().max(params.reset_counts_used());
         let turn = |clocks: u32| sine_cosine(turns(frequency_hz, f64::from(clocks) * clock_s));
-        let turns = (0..=steps + 1).map(turn).collect();
-        Some(Box::new(Self { converter: Converter::new(params), amplitude_uv, frequency_hz, turns }))
+        let rotations = (0..=steps + 1).map(turn).collect();
+        Some(Box::new(Self { converter: Converter::new(params), amplitude_uv, frequency_hz, rotations }))
     }
 
     fn add(&self, sample: Sample, readout_s: f64, samples_uv: &mut [f32]) {
@@ -52,7 +52,7 @@ impl SupplyRipple {
             .collect();
         for (sample_uv, [sine_uv, cosine_uv]) in samples_uv.iter_mut().zip(starts.iter().cycle()) {
             let level_nv = self.converter.level_nv(*sample_uv);
-            let [sine, cosine] = self.turns[index(self.converter.edges.count(level_nv, steps) + 1)];
+            let [sine, cosine] = self.rotations[index(self.converter.edges.count(level_nv, steps) + 1)];
             *sample_uv += f32_nearest(sine_uv * cosine + cosine_uv * sine);
         }
     }

@@ -2,7 +2,7 @@
 
 use super::measure::ChannelMeasurement;
 use super::set::{MeasurementSize, PlannedShot, SeriesExposure, Set};
-use super::shoot::Times;
+use super::shoot::RowTiming;
 use super::truth::ChannelTruth;
 use crate::config::Resolved;
 use crate::effects;
@@ -17,7 +17,7 @@ pub struct SensorBench {
     sensor: SensorSetup,
     set: Set,
     chain: Chain,
-    times: Times,
+    times: RowTiming,
 }
 
 impl SensorBench {
@@ -36,7 +36,7 @@ impl SensorBench {
     pub fn with_chain(resolved: &Resolved, options: &MeasurementSize, chain: Chain) -> Result<Self, Error> {
         let sensor = SensorSetup::new(resolved)?;
         let set = Set::new(&sensor, options).map_err(|error| resolved.tree.locate(error))?;
-        let times = Times::new(&sensor, &set);
+        let times = RowTiming::new(&sensor, &set);
         Ok(Self { sensor, set, chain, times })
     }
 
@@ -52,7 +52,7 @@ impl SensorBench {
         let Self { sensor, chain, .. } =
             Self::new(resolved, &MeasurementSize { size: Some(size), ..MeasurementSize::default() })?;
         let set = Set::of_frames(&sensor, size, points, half, stack)?;
-        let times = Times::new(&sensor, &set);
+        let times = RowTiming::new(&sensor, &set);
         Ok(Self { sensor, set, chain, times })
     }
 
@@ -78,7 +78,7 @@ impl SensorBench {
 
     /// Codes of one shot.
     pub fn frame(&self, shot: &PlannedShot) -> Plane<u16> {
-        super::shoot::shoot(&self.chain, &self.set, shot, &self.times)
+        super::shoot::capture_frame(&self.chain, &self.set, shot, &self.times)
     }
 
     /// What the configuration implies for this set.

@@ -8,7 +8,7 @@ use crate::run::SensorSetup;
 use crate::units::{CameraIndex, RowIndex};
 
 /// When the rows of the measured part of the array are read: as the sequencer reads them.
-pub struct Times {
+pub struct RowTiming {
     /// Wait between exposure and readout in seconds, of every row of the array's part.
     storage_s: Vec<f64>,
     /// The same of the rows that are kept.
@@ -18,7 +18,7 @@ pub struct Times {
     period_s: f64,
 }
 
-impl Times {
+impl RowTiming {
     /// Of the first rows of the array. Rows beyond a window wait as its last one does.
     pub fn new(sensor: &SensorSetup, set: &Set) -> Self {
         let schedule = &sensor.schedule;
@@ -33,7 +33,7 @@ impl Times {
         }
     }
 
-    /// Mean over the kept rows of what a wait in seconds makes.
+    /// Mean over the kept rows of a function of the storage time in seconds.
     pub fn mean_of(&self, of: impl Fn(f64) -> f64) -> f64 {
         self.kept_s.iter().map(|&wait_s| of(wait_s)).sum::<f64>() / f64_from_usize(self.kept_s.len())
     }
@@ -56,7 +56,8 @@ impl Times {
     }
 }
 
-pub fn shoot(chain: &Chain, set: &Set, shot: &PlannedShot, times: &Times) -> Plane<u16> {
+/// Codes of the kept rows and columns of one frame.
+pub fn capture_frame(chain: &Chain, set: &Set, shot: &PlannedShot, times: &RowTiming) -> Plane<u16> {
     let photons = if shot.is_lit { shot.exposure.photons } else { 0.0 };
     let light = set.channel.light(set.channel.array_size(set.size), photons);
     let captured = chain.capture(&light, Capture::single(CameraIndex(0), shot.frame), &times.of(shot));

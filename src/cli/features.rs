@@ -144,9 +144,10 @@ fn said(pixel: &PixelFate, threshold: u16) -> String {
             "a corner of score {score} that its cell does not keep: its rank is {rank}, the least one kept {least_rank} (of equal \
              ones the first stay)"
         ),
-        Fate::Lost => {
-            format!("a corner of score {score} that no engine loads: the queue is full, or its rows are overwritten")
-        }
+        Fate::Lost { dropped, late } => format!(
+            "a corner of score {score} that no engine loads: in this picture the queue is full for {dropped} corners, and the rows of \
+             {late} are overwritten"
+        ),
         Fate::Feature { number } => format!("a corner of score {score}: feature {number} of the list, from 0"),
     };
     format!("octave {octave} ({x_px}, {y_px}): {what}\n")

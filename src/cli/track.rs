@@ -72,15 +72,7 @@ impl Course {
         self.frames += 1;
         self.poses.extend(tracked.world_from_body.map(|world_from_body| TimedPose { t_s, world_from_body }));
         self.sigmas.extend(tracked.single_picture_sigma_m);
-        let event = match (self.last, tracked.status) {
-            (_, Status::Initialised) => Some("initialised"),
-            (was, Status::Lost) if was != Some(Status::Lost) => Some("lost"),
-            (Some(Status::Lost), Status::Tracked | Status::Relocalised) => Some("found again"),
-            (_, Status::Relocalised) => Some("relocalised"),
-            _ => None,
-        };
-        self.events.extend(event.map(|event| (t_s, event)));
-        self.events.extend(tracked.loop_closed.then_some((t_s, "loop closed")));
+        self.events.extend(tracked.events(self.last).map(|event| (t_s, event)));
         self.last = Some(tracked.status);
     }
 }

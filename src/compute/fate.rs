@@ -58,7 +58,12 @@ pub enum Fate {
         least_rank: u16,
     },
     /// The queue was full, or its rows were overwritten before an engine had loaded them.
-    Lost,
+    Lost {
+        /// Candidates of the picture for which the queue was full.
+        dropped: u64,
+        /// Candidates of the picture whose rows were overwritten.
+        late: u64,
+    },
     /// A feature left.
     Feature {
         /// Which one, from 0.
@@ -175,7 +180,8 @@ fn of_corner<W: Word>(
         let [x, y] = [feature.x, feature.y].map(|place| u32::from(place.to_bits()));
         (feature.octave, x, y) == (octave, place(x_px), place(y_px))
     });
-    left.map_or(Fate::Lost, |number| Fate::Feature { number })
+    let lost = Fate::Lost { dropped: extracted.counts.dropped, late: extracted.counts.late };
+    left.map_or(lost, |number| Fate::Feature { number })
 }
 
 #[cfg(test)]
@@ -219,7 +225,7 @@ mod tests {
                         Fate::Suppressed { .. } => 2,
                         Fate::WithoutPatch => 3,
                         Fate::Unselected { .. } => 4,
-                        Fate::Lost => 5,
+                        Fate::Lost { .. } => 5,
                         Fate::Feature { number } => {
                             let feature = &extracted.features[number];
                             assert_eq!((feature.octave, feature.score), (fate.octave, fate.arc_difference - 1));

@@ -14,7 +14,7 @@ const SLOPE_BITS: [u32; 32] = [
 /// The direction of (x, y), from +x towards +y, rounded to the nearest; (0, 0) points to 0.
 ///
 /// A first octant's slope is compared with 32 constants. The error is half a step (1/512 turn) plus the rounding of a
-/// constant, under 2e-6 of a turn; on a seam the higher step within the octant is taken.
+/// constant, under 2e-6 of a turn; on a boundary the higher step within the octant is taken.
 pub fn angle_of(x: i32, y: i32) -> Turns {
     let (x_size, y_size) = (x.unsigned_abs(), y.unsigned_abs());
     let (long, short) = (x_size.max(y_size), x_size.min(y_size));

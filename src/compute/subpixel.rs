@@ -36,10 +36,10 @@ pub fn responses<W: Word>(picture: &Plane<W>, corner: &Corner) -> [[i32; 3]; 3] 
 /// Centroid of nine values under the weights (1 2 1) both ways, times 2.5, relative to the middle, rounded half up and clipped to
 /// -1 to 15/16 of a pixel.
 ///
-/// FAST's score is a least of differences: below a pixel it is flat at its top and bent like a tent, so a parabola through it holds
+/// FAST's score is a minimum of differences: below a pixel it is flat at its top and falls like a tent, so a parabola through it locks
 /// to whole pixels. The centroid moves with all nine values and has no case without an answer. Nine values see only part of a peak,
 /// and so their centroid moves by two fifths of what the corner does; the factor was measured on photographs shifted by known parts
-/// of a pixel (docs/extractor.md), not derived. Nothing but zeros stays in the middle.
+/// of a pixel (docs/extractor.md), not derived. If all nine are zero, the shift is zero.
 pub fn fitted_shift(r: &[[i32; 3]; 3]) -> (ShiftPx, ShiftPx) {
     let column = |x: usize| r[0][x] + 2 * r[1][x] + r[2][x];
     let row = |y: usize| r[y][0] + 2 * r[y][1] + r[y][2];

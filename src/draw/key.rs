@@ -37,7 +37,7 @@ impl DrawKey {
         Self(mix(mix(self.0) ^ field))
     }
 
-    /// One number in [0, 1), a multiple of 2^-53: the key's own upper bits, for who draws once a key.
+    /// One number in [0, 1), a multiple of 2^-53: the key's own upper bits, for callers that draw once per key.
     pub fn uniform(self) -> f64 {
         crate::num::f64_from_u64(self.0 >> 11) / 9_007_199_254_740_992.0
     }

@@ -15,7 +15,7 @@ pub use expected::Expected;
 use layout::WindowLayout;
 use row::{RowAt, RowBuffers};
 pub use state::{BlackRows, Capture, Captured, Chain, RowSamples, RowTimes};
-use state::{ROWS_PER_CHUNK, Reading, Shot, add};
+use state::{ExposureInput, ROWS_PER_CHUNK, Reading, add};
 
 use super::Parameters;
 use crate::adc::{self, Columns};
@@ -37,25 +37,26 @@ impl Chain {
         assert!(effects.is_sorted_by_key(|effect| effect.domain()), "effects are in physical order");
         let sensed = effects.partition_point(|effect| effect.domain() < Domain::SensedElectrons);
         let readings = vec![Reading::new(parameters.clone(), effects.split_off(sensed), 0, effects.len())];
-        let (black, full_from_e) = (BlackRows::default(), f32::INFINITY);
-        let (gathering, merge, layout) = (effects, None, None);
-        Self { parameters, gathering, readings, merge, black, layout, seed, die_seed, full_from_e }.with_full_from()
+        let (black, saturated_from_e) = (BlackRows::default(), f32::INFINITY);
+        let (charge_effects, merge, layout) = (effects, None, None);
+        Self { parameters, charge_effects, readings, merge, black, layout, seed, die_seed, saturated_from_e }
+            .with_saturated_from()
     }
 
-    /// The same sensor that draws for every pixel, also where no draw can show: the slow twin, equal in every bit.
+    /// The same sensor, which draws for every pixel even where the draw cannot change the result: the slow twin, equal in every bit.
     #[must_use]
     pub fn drawing_for_all(self) -> Self {
-        Self { full_from_e: f32::INFINITY, ..self }
+        Self { saturated_from_e: f32::INFINITY, ..self }
     }
 
     /// Finds from which charge on draws cannot show: where every reading clips, and nothing moves what is beyond the well to other
     /// pixels.
-    fn with_full_from(mut self) -> Self {
+    fn with_saturated_from(mut self) -> Self {
         let clips =
             self.readings.iter().all(|reading| reading.effects.iter().any(|effect| effect.name() == "full_well"));
-        let spills = self.gathering.iter().any(|effect| effect.name() == "blooming");
-        let of = |reading: &Reading| pixel::full_from_e(&reading.parameters.pixel);
-        self.full_from_e = if clips && !spills {
+        let spills = self.charge_effects.iter().any(|effect| effect.name() == "blooming");
+        let of = |reading: &Reading| pixel::saturated_from_e(&reading.parameters.pixel);
+        self.saturated_from_e = if clips && !spills {
             self.readings.iter().map(of).fold(0.0, |most, from_e| if from_e > most { from_e } else { most })
         } else {
             f32::INFINITY
@@ -77,7 +78,7 @@ impl Chain {
         let first_counter = self.counters();
         self.readings.push(Reading::new(parameters, effects, 1, first_counter));
         self.merge = Some(merge);
-        self.with_full_from()
+        self.with_saturated_from()
     }
 
     /// The same sensor with optical-black rows, which are read before the picture.
@@ -125,14 +126,14 @@ impl Chain {
     pub fn capture(&self, photons: &Plane<f32>, capture: Capture<'_>, times: &[RowTimes]) -> Captured {
         let mut events = Events::default();
         let mut hits = vec![0; self.counters()];
-        let (shot, left_e) = self.shot(photons, capture, times, &mut events, &mut hits);
+        let (input, left_e) = self.exposure_input(photons, capture, times, &mut events, &mut hits);
         let mut codes = Plane::filled(self.output_size(photons), 0_u16);
         let width = codes.width_px();
         let chunk = |index: usize, rows: &mut [u16]| {
             let mut buffers = self.buffers(photons.width_px());
             let mut events = Events::default();
             for (offset, row_codes) in rows.chunks_exact_mut(width).enumerate() {
-                self.output_row(&shot, index * ROWS_PER_CHUNK + offset, &mut buffers, row_codes, &mut events);
+                self.output_row(&input, index * ROWS_PER_CHUNK + offset, &mut buffers, row_codes, &mut events);
             }
             (events, buffers.hits)
         };
@@ -146,12 +147,12 @@ impl Chain {
 
     /// Counters that a capture needs: one for each effect of each reading.
     fn counters(&self) -> usize {
-        self.gathering.len() + self.readings.iter().map(|reading| reading.effects.len()).sum::<usize>()
+        self.charge_effects.len() + self.readings.iter().map(|reading| reading.effects.len()).sum::<usize>()
     }
 
     /// Counts by effect, those of all readings together.
     fn named(&self, hits: &[u64]) -> Vec<(&'static str, u64)> {
-        let effects = self.gathering.iter().chain(self.readings.iter().flat_map(|reading| &reading.effects));
+        let effects = self.charge_effects.iter().chain(self.readings.iter().flat_map(|reading| &reading.effects));
         let mut named: Vec<(&'static str, u64)> = Vec::new();
         for (effect, &count) in effects.zip(hits) {
             match named.iter_mut().find(|(name, _)| *name == effect.name()) {
@@ -170,48 +171,51 @@ impl Chain {
         times: &[RowTimes],
         rows: &[RowIndex],
     ) -> Vec<Vec<u16>> {
-        let (shot, _) = self.shot(photons, capture, times, &mut Events::default(), &mut vec![0; self.counters()]);
+        let (input, _) =
+            self.exposure_input(photons, capture, times, &mut Events::default(), &mut vec![0; self.counters()]);
         let width = crate::num::index(self.output_size(photons).width_px);
         let mut buffers = self.buffers(photons.width_px());
         let mut codes_of = |row: &RowIndex| {
             let mut codes = vec![0; width];
-            self.output_row(&shot, crate::num::index(row.0), &mut buffers, &mut codes, &mut Events::default());
+            self.output_row(&input, crate::num::index(row.0), &mut buffers, &mut codes, &mut Events::default());
             codes
         };
         rows.iter().map(&mut codes_of).collect()
     }
 
     /// Everything that an exposure's rows share, and the electrons that stay in the array for the next frame.
-    fn shot<'a>(
+    fn exposure_input<'a>(
         &'a self,
         photons: &'a Plane<f32>,
         capture: Capture<'a>,
         times: &'a [RowTimes],
         events: &mut Events,
         hits: &mut [u64],
-    ) -> (Shot<'a>, Option<Plane<f32>>) {
+    ) -> (ExposureInput<'a>, Option<Plane<f32>>) {
         assert!(times.len() == photons.height_px(), "every row has its times");
         let shifts_dn = vec![0; self.readings.len()];
         let columns = self.columns(capture.camera, self.buffer_width(photons.width_px()));
-        let mut shot = Shot { photons, charge_e: None, capture, times, shifts_dn, columns };
-        shot.shifts_dn = self.black_shifts_dn(&shot, events, hits);
-        let array = self.has_array_effects().then(|| self.array_electrons(&shot, hits));
+        let mut input = ExposureInput { photons, charge_e: None, capture, times, shifts_dn, columns };
+        input.shifts_dn = self.black_shifts_dn(&input, events, hits);
+        let array = self.has_array_effects().then(|| self.array_electrons(&input, hits));
         let left_e;
-        (shot.charge_e, left_e) = array.map_or((None, None), |(charge_e, left_e)| (Some(charge_e), left_e));
-        (shot, left_e)
+        (input.charge_e, left_e) = array.map_or((None, None), |(charge_e, left_e)| (Some(charge_e), left_e));
+        (input, left_e)
     }
 
     /// The same without converters, for the stages before them.
-    fn unconverted_shot<'a>(
+    fn input_without_converters<'a>(
         &'a self,
         photons: &'a Plane<f32>,
         capture: Capture<'a>,
         times: &'a [RowTimes],
-    ) -> Shot<'a> {
+    ) -> ExposureInput<'a> {
         assert!(times.len() == photons.height_px(), "every row has its times");
-        let mut shot = Shot { photons, charge_e: None, capture, times, shifts_dn: Vec::new(), columns: Vec::new() };
-        shot.charge_e = self.has_array_effects().then(|| self.array_electrons(&shot, &mut vec![0; self.counters()]).0);
-        shot
+        let mut input =
+            ExposureInput { photons, charge_e: None, capture, times, shifts_dn: Vec::new(), columns: Vec::new() };
+        input.charge_e =
+            self.has_array_effects().then(|| self.array_electrons(&input, &mut vec![0; self.counters()]).0);
+        input
     }
 
     /// Samples of one row at the converters' inputs in the first reading, before quantisation: where the plan's bounds hold. Effects
@@ -260,8 +264,8 @@ impl Chain {
     }
 
     fn array_effects(&self) -> &[Box<dyn Effect>] {
-        let start = self.gathering.partition_point(|effect| effect.domain() < Domain::ArrayElectrons);
-        &self.gathering[start..]
+        let start = self.charge_effects.partition_point(|effect| effect.domain() < Domain::ArrayElectrons);
+        &self.charge_effects[start..]
     }
 
     fn has_array_effects(&self) -> bool {
@@ -269,14 +273,14 @@ impl Chain {
     }
 
     /// Electrons of all rows of the window, after the effects of the whole array, and those that stay for the next frame.
-    fn array_electrons(&self, shot: &Shot<'_>, hits: &mut [u64]) -> (Plane<f32>, Option<Plane<f32>>) {
-        let mut charge_e = Plane::filled(shot.photons.size(), 0.0_f32);
-        let width = shot.photons.width_px();
+    fn array_electrons(&self, input: &ExposureInput<'_>, hits: &mut [u64]) -> (Plane<f32>, Option<Plane<f32>>) {
+        let mut charge_e = Plane::filled(input.photons.size(), 0.0_f32);
+        let width = input.photons.width_px();
         let (first_row, first_column) = self.window_origin();
         let chunk = |index: usize, rows: &mut [f32]| {
             let mut buffers = self.buffers(width);
             for (offset, row_e) in rows.chunks_exact_mut(width).enumerate() {
-                self.load(shot, first_row + index * ROWS_PER_CHUNK + offset, &mut buffers);
+                self.load(input, first_row + index * ROWS_PER_CHUNK + offset, &mut buffers);
                 row_e.copy_from_slice(&buffers.values[first_column..]);
             }
             buffers.hits
@@ -284,7 +288,7 @@ impl Chain {
         for of_chunk in &chunks_collected(charge_e.values_mut(), width * ROWS_PER_CHUNK, chunk) {
             add(hits, of_chunk);
         }
-        let left_e = self.act_on_array(&mut charge_e, shot.capture, hits);
+        let left_e = self.act_on_array(&mut charge_e, input.capture, hits);
         (charge_e, left_e)
     }
 
@@ -292,7 +296,7 @@ impl Chain {
         let (place, before_e) = (self.place(capture, 0), capture.before_e);
         let pixels = u64_from(charge_e.values().len());
         let mut pass = ArrayPass { place, charge_e, before_e, left_e: None };
-        let first_counter = self.gathering.len() - self.array_effects().len();
+        let first_counter = self.charge_effects.len() - self.array_effects().len();
         for (place, effect) in self.array_effects().iter().enumerate() {
             effect.apply_to_array(&mut pass);
             hits[first_counter + place] += pixels;
@@ -312,7 +316,7 @@ impl Chain {
     /// From the photons in the buffer to the electrons that a row's pixels gather.
     fn gather(&self, at: RowAt, buffers: &mut RowBuffers) {
         pixel::photons_to_mean_electrons(&self.parameters.pixel, &mut buffers.values);
-        let rows = self.gathering.len() - self.array_effects().len();
-        buffers.apply_all(&self.gathering[..rows], (at, self.die_seed), self.full_from_e, 0);
+        let rows = self.charge_effects.len() - self.array_effects().len();
+        buffers.apply_all(&self.charge_effects[..rows], (at, self.die_seed), self.saturated_from_e, 0);
     }
 }

@@ -31,7 +31,7 @@ pub struct Omitted {
     pub budget_share: f64,
     /// Predicted time that leaving it out saves.
     pub cost_ns_per_px: f64,
-    /// For a person.
+    /// Why, as the plan prints it.
     pub reason: String,
 }
 
@@ -44,7 +44,7 @@ pub struct KeptEffect {
     pub error_e: Option<f64>,
     /// Predicted.
     pub cost_ns_per_px: f64,
-    /// For a person.
+    /// Why, as the plan prints it.
     pub reason: String,
 }
 
@@ -103,7 +103,7 @@ pub enum EffectChoice {
 }
 
 impl EffectChoice {
-    /// Reads "auto", "all", "none" or "+name,-name". Fails on a sentence naming the part that is none of these.
+    /// Reads "auto", "all", "none" or "+name,-name". Fails on a part that is none of these, and names it.
     pub fn parse(text: &str, known: &[&str]) -> Result<Self, String> {
         let (mut added, mut removed) = (Vec::new(), Vec::new());
         match text.trim() {
@@ -161,7 +161,7 @@ pub fn plan(effects: Vec<Box<dyn Effect>>, regions: &[Region], accuracy: f64, ch
         cost_of_all_ns_per_px: effects.iter().map(|effect| costs::ns_per_px(effect.as_ref())).sum(),
     };
     for (index, effect) in effects.into_iter().enumerate() {
-        let widest = widest_region(&omissions[index]);
+        let widest = worst_region(&omissions[index]);
         let reason = effect.reason(&regions[widest].facts);
         let cost_ns_per_px = costs::ns_per_px(effect.as_ref());
         if omit[index] {
@@ -247,7 +247,7 @@ fn worst(sums: &[Omission]) -> Omission {
     sums.iter().fold(Omission::NONE, worse)
 }
 
-fn widest_region(omissions: &[Option<Omission>]) -> usize {
+fn worst_region(omissions: &[Option<Omission>]) -> usize {
     first_greatest(omissions.len(), |region| omissions[region].map_or(f64::INFINITY, Omission::error_e2))
 }
 

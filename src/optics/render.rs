@@ -76,17 +76,17 @@ pub fn render_over(
     sampling: Sampling,
 ) -> Exposure {
     let view = View::new(scene, camera, sampling);
-    let mut picture = FrameRender::new(view, scene.objects, shutter, world_from_body, sampling);
-    picture.kept = Some(Kept {
-        tiles: among::tiles_in_view(&picture.objects, &view, &picture.timelines),
+    let mut frame = FrameRender::new(view, scene.objects, shutter, world_from_body, sampling);
+    frame.kept = Some(Kept {
+        tiles: among::tiles_in_view(&frame.objects, &view, &frame.timelines),
         photons: &fixed.photons,
         variance_ratio: fixed.render_variance_ratio / sampling.electrons_per_photon,
     });
-    let mut exposure = rendered(&picture);
+    let mut exposure = rendered(&frame);
     let (mut anew, mut kept) = (0_u32, 0_u32);
     let pairs = exposure.photons.values_mut().iter_mut().zip(fixed.photons.values());
     for (at, (photons, of_fixed)) in pairs.enumerate() {
-        if picture.is_rendered(at) {
+        if frame.is_rendered(at) {
             anew += 1;
         } else {
             *photons = *of_fixed;
@@ -105,24 +105,25 @@ pub fn render_over(
     exposure
 }
 
-fn rendered(picture: &FrameRender) -> Exposure {
-    if picture.sampling.is_adaptive() { to_target(picture) } else { evenly(picture) }
+fn rendered(frame: &FrameRender) -> Exposure {
+    if frame.sampling.is_adaptive() { to_target(frame) } else { evenly(frame) }
 }
 
 /// Renders with a given number of samples for each pixel.
-fn evenly(picture: &FrameRender) -> Exposure {
-    let (camera, sampling) = (picture.view.camera, picture.sampling);
+fn evenly(frame: &FrameRender) -> Exposure {
+    let (camera, sampling) = (frame.view.camera, frame.sampling);
     let samples = sampling.samples_per_pixel * sampling.subframes.max(1);
     assert!(samples > 0, "a render needs a sample");
     if sampling.subframes == 0 && samples >= BY_PIXEL_FROM {
-        return stratified_by_pixel(picture, samples);
+        return stratified_by_pixel(frame, samples);
     }
-    let seen = picture.first_batch(samples);
-    let own: Vec<FirstBatch> = (0..seen.len()).filter(|&at| picture.is_rendered(at)).map(|at| seen[at]).collect();
+    let first_batches = frame.render_first_batch(samples);
+    let own: Vec<FirstBatch> =
+        (0..first_batches.len()).filter(|&at| frame.is_rendered(at)).map(|at| first_batches[at]).collect();
     let rays = u64::from(samples) * u64_from(own.len());
     let ratio = first_batch::variance_ratio(&own, samples, sampling.saturation_photons);
     Exposure {
-        photons: plane(camera, seen.iter().map(|pixel| pixel.photons)),
+        photons: plane(camera, first_batches.iter().map(|pixel| pixel.photons)),
         render_variance_ratio: if samples > 1 { ratio * sampling.electrons_per_photon } else { f64::INFINITY },
         rays,
     }
@@ -133,30 +134,33 @@ fn plane(camera: &Camera, photons: impl Iterator<Item = f32>) -> Plane<f32> {
 }
 
 /// Renders the same number of samples for each pixel, along its motion. One more ray each finds the nearest surface first.
-fn stratified_by_pixel(picture: &FrameRender, samples: u32) -> Exposure {
-    let Sampling { saturation_photons, .. } = picture.sampling;
-    let seen = picture.first_batch(1);
+fn stratified_by_pixel(frame: &FrameRender, samples: u32) -> Exposure {
+    let Sampling { saturation_photons, .. } = frame.sampling;
+    let first_batches = frame.render_first_batch(1);
     let rule = StoppingRule { samples, least_gain: None, saturation_photons, share: Some(frame::share(samples)) };
     let begun = |at: usize| PixelSamples { at, ..PixelSamples::default() };
-    let mut refined: Vec<_> = (0..seen.len()).filter(|&at| picture.is_rendered(at)).map(begun).collect();
-    picture.refine(&mut refined, &seen, &rule);
-    let width = picture.width();
-    let mut estimates = allocation::first_estimates(&seen, width, 1, saturation_photons, |at| picture.is_rendered(at));
+    let mut refined: Vec<_> = (0..first_batches.len()).filter(|&at| frame.is_rendered(at)).map(begun).collect();
+    frame.refine(&mut refined, &first_batches, &rule);
+    let width = frame.width();
+    let mut estimates =
+        allocation::first_estimates(&first_batches, width, 1, saturation_photons, |at| frame.is_rendered(at));
     refined.iter().for_each(|pixel_samples| estimates[pixel_samples.at] = pixel_samples.estimate(1));
-    with_stated_error(picture, estimates, &seen, 1, &rule)
+    with_stated_error(frame, estimates, &first_batches, 1, &rule)
 }
 
 /// Renders with as few samples as bring the mean of variance over photons down to the tolerance. What is kept counts by the error that it
 /// states.
-fn to_target(picture: &FrameRender) -> Exposure {
-    let Sampling { samples_max, saturation_photons, .. } = picture.sampling;
-    let target = picture.sampling.tolerance / picture.sampling.electrons_per_photon;
-    let first_batch = FIRST_BATCH_SAMPLES[usize::from(picture.sampling.tolerance >= LOOSE)];
-    let width = index(picture.view.camera.size.width_px);
-    let seen = picture.first_batch(first_batch);
+fn to_target(frame: &FrameRender) -> Exposure {
+    let Sampling { samples_max, saturation_photons, .. } = frame.sampling;
+    let target = frame.sampling.tolerance / frame.sampling.electrons_per_photon;
+    let first_batch_samples = FIRST_BATCH_SAMPLES[usize::from(frame.sampling.tolerance >= LOOSE)];
+    let width = index(frame.view.camera.size.width_px);
+    let first_batches = frame.render_first_batch(first_batch_samples);
     let mut estimates =
-        allocation::first_estimates(&seen, width, first_batch, saturation_photons, |at| picture.is_rendered(at));
-    let spare = spare(picture, target);
+        allocation::first_estimates(&first_batches, width, first_batch_samples, saturation_photons, |at| {
+            frame.is_rendered(at)
+        });
+    let spare = spare(frame, target);
     let mut rule = StoppingRule { samples: samples_max, least_gain: None, saturation_photons, share: None };
     let mut refined: Vec<PixelSamples> = Vec::new();
     for _ in 0..PASSES_MAX {
@@ -167,16 +171,16 @@ fn to_target(picture: &FrameRender) -> Exposure {
         rule.least_gain = Some(least);
         for (at, estimate) in estimates.iter_mut().enumerate() {
             let is_first = estimate.stage != Stage::Refined;
-            let may_count = is_first && picture.is_rendered(at) && estimate.may_count(saturation_photons);
+            let may_count = is_first && frame.is_rendered(at) && estimate.may_count(saturation_photons);
             if may_count && estimate.marginal_gain() >= least {
                 estimate.stage = Stage::Refined;
                 refined.push(PixelSamples { at, ..PixelSamples::default() });
             }
         }
-        picture.refine(&mut refined, &seen, &rule);
+        frame.refine(&mut refined, &first_batches, &rule);
         let mut grown = false;
         for pixel_samples in &refined {
-            let estimate = pixel_samples.estimate(first_batch);
+            let estimate = pixel_samples.estimate(first_batch_samples);
             grown |= estimate.samples != estimates[pixel_samples.at].samples;
             estimates[pixel_samples.at] = estimate;
         }
@@ -184,14 +188,14 @@ fn to_target(picture: &FrameRender) -> Exposure {
             break;
         }
     }
-    with_stated_error(picture, estimates, &seen, first_batch, &rule)
+    with_stated_error(frame, estimates, &first_batches, first_batch_samples, &rule)
 }
 
 /// Variance over photons that kept pixels leave to the others, in all: what they have less than the target.
-fn spare(picture: &FrameRender, target: f64) -> f64 {
-    let Some(kept) = &picture.kept else { return 0.0 };
+fn spare(frame: &FrameRender, target: f64) -> f64 {
+    let Some(kept) = &frame.kept else { return 0.0 };
     let counts = |&(at, &photons): &(usize, &f32)| {
-        !picture.is_rendered(at) && photons > 0.0 && photons < picture.sampling.saturation_photons
+        !frame.is_rendered(at) && photons > 0.0 && photons < frame.sampling.saturation_photons
     };
     let count = kept.photons.values().iter().enumerate().filter(counts).count();
     greater(target - kept.variance_ratio, 0.0) * f64_from_usize(count)
@@ -199,19 +203,19 @@ fn spare(picture: &FrameRender, target: f64) -> f64 {
 
 /// The picture, with the error that replicates of some pixels state.
 fn with_stated_error(
-    picture: &FrameRender,
+    frame: &FrameRender,
     estimates: Vec<Estimate>,
-    seen: &[FirstBatch],
-    first_batch: u32,
+    first_batches: &[FirstBatch],
+    first_batch_samples: u32,
     rule: &StoppingRule,
 ) -> Exposure {
-    let Sampling { saturation_photons, key, electrons_per_photon, .. } = picture.sampling;
-    let width = index(picture.view.camera.size.width_px);
+    let Sampling { saturation_photons, key, electrons_per_photon, .. } = frame.sampling;
+    let width = index(frame.view.camera.size.width_px);
     let replicates = replicate::choose(&estimates, width, saturation_photons, key.with(REPLICATE_KEY));
-    let (others, more) = picture.replicates(&replicates, &estimates, seen, first_batch, rule);
+    let (others, more) = frame.replicates(&replicates, &estimates, first_batches, first_batch_samples, rule);
     let ratio = replicate::variance_ratio(&estimates, &replicates, &others, saturation_photons);
     let rays = estimates.iter().map(|estimate| u64::from(estimate.samples)).sum::<u64>() + more;
-    let photons = plane(picture.view.camera, estimates.iter().map(|estimate| estimate.photons));
+    let photons = plane(frame.view.camera, estimates.iter().map(|estimate| estimate.photons));
     Exposure { photons, render_variance_ratio: ratio * electrons_per_photon, rays }
 }
 

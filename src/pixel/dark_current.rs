@@ -79,8 +79,8 @@ impl Effect for DarkCurrent {
     }
 
     fn apply(&self, row: &mut RowPass<'_>) {
-        let full_from_e = row.full_from_e;
-        let runs = row.in_need(|part| all_full(part, full_from_e));
+        let saturated_from_e = row.saturated_from_e;
+        let runs = row.in_need(|part| all_full(part, saturated_from_e));
         if runs.is_empty() {
             return;
         }

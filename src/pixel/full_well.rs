@@ -67,7 +67,7 @@ pub(super) fn well_excess(mean_e: f64, pattern_e2: f64, capacity_e: f64) -> Opti
 /// No uniform of 32 bits lies more than `NORMAL_MAX` sigma out, and the Poisson quantile at z lies above m + z sqrt(m) for z below
 /// -1 (its Cornish-Fisher expansion adds (z^2 - 1) / 6). So m - 7 sqrt(m) - 10 is below every count of the mean m, dark charge only
 /// adds, and a dark offset takes away 7 sigma at most. A millionth covers the roundings of f32 on the way (each 6e-8).
-pub fn full_from_e(params: &PixelParams) -> f32 {
+pub fn saturated_from_e(params: &PixelParams) -> f32 {
     const { assert!(NORMAL_MAX < 7.0) };
     let needed_e = params.full_well_e * (1.0 + 1e-6) + 10.0 + 7.0 * params.dsnu_e;
     let root = 0.5 * (7.0 + (49.0 + 4.0 * needed_e).sqrt());

@@ -1,4 +1,4 @@
-//! Random telegraph noise. Adds the state of each pixel's trap, in microvolts.
+//! Random telegraph (burst, popcorn) noise. Adds the state of each pixel's trap, in microvolts.
 //!
 //! Model: a share of the die's pixels has one trap under the gate of the source follower; it captures and emits an electron at random,
 //! a two-state Markov process whose states differ by the trap's amplitude (exponentially distributed over traps). Rates of capture and

@@ -39,8 +39,8 @@ impl Effect for ShotNoise {
 
     fn apply(&self, row: &mut RowPass<'_>) {
         // A mean of 0 counts 0, and a pixel far beyond its well ends at the well for every draw.
-        let full_from_e = row.full_from_e;
-        let runs = row.in_need(|part| all_empty(part) || all_full(part, full_from_e));
+        let saturated_from_e = row.saturated_from_e;
+        let runs = row.in_need(|part| all_empty(part) || all_full(part, saturated_from_e));
         if runs.is_empty() {
             return;
         }

@@ -1,14 +1,14 @@
 //! Automatic exposure. Sets exposure lines and gain of later frames from the mean code of each frame.
 //!
-//! The controller knows which exposure and gain were in effect in the frame that it looks at (its registers' history), so it takes
-//! the scene's light from them and not from what it wrote last: light = signal / (exposure gain). Then exposure times gain = target
+//! The controller knows which exposure and gain were in effect in the frame that it looks at (its registers' history), so it estimates
+//! the scene's light from them and not from its last write: light = signal / (exposure gain). Then exposure times gain = target
 //! over light. Dead time therefore cannot make it oscillate: with a static scene, all frames until a write acts give the
 //! same answer. A step is at most a factor of 8, so that a saturated frame (which hides how bright it is) or one near black (which is
 //! mostly noise) is followed by better ones; a saturated frame gives too low a light, so exposure falls without overshoot. Inside the
 //! dead band nothing is written: it is wider than what rounding to lines and to gain steps leaves.
 
 pub use super::params::AutoExposureParams;
-use super::params::TARGET_MEAN_MOST;
+use super::params::TARGET_MEAN_MAX;
 use super::registers::{ExposureSettings, Registers};
 use super::schedule::Schedule;
 use crate::error::Error;
@@ -18,7 +18,7 @@ use crate::units::FrameIndex;
 /// What the controller must know of the converter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CodeRange {
-    /// Code of no light.
+    /// Black level.
     pub black_dn: f64,
     /// Greatest code.
     pub max_dn: f64,
@@ -74,7 +74,7 @@ impl AutoExposure {
         if !(target_signal_dn > 0.0) {
             // Rounded up, so that what is named is accepted.
             let least = (1e4 * (range.black_dn + 1.0) / range.max_dn).ceil() / 1e4;
-            let reason = if least <= TARGET_MEAN_MOST {
+            let reason = if least <= TARGET_MEAN_MAX {
                 format!("not above the black level; use {least} or more")
             } else {
                 format!("not above the black level of {} DN; lower sensor.adc.black_level_dn", range.black_dn)
@@ -114,8 +114,8 @@ impl AutoExposure {
         Some(RegisterWrite { written, acts, settings })
     }
 
-    /// The settings with this many times the product: as much exposure as there is before any gain, and gain for what whole lines
-    /// leave over.
+    /// Settings whose exposure times gain is `step` times that of `seen`: as much exposure as possible before any gain, and gain for
+    /// what whole lines leave over.
     fn settings(&self, seen: ExposureSettings, step: f64) -> ExposureSettings {
         let [least, most] = self.lines;
         // An exposure of no whole line has no product to scale; it counts as the shortest.

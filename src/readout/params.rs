@@ -300,12 +300,12 @@ pub struct AutoExposureParams {
 }
 
 /// Greatest mean code to aim at, as a share of the greatest code.
-pub(super) const TARGET_MEAN_MOST: f64 = 0.99;
+pub(super) const TARGET_MEAN_MAX: f64 = 0.99;
 
 impl AutoExposureParams {
     /// Refuses values out of range, naming key, value and an accepted value.
     pub fn check(&self) -> Result<(), Error> {
-        within("sensor.readout.target_mean", self.target_mean, 0.001, TARGET_MEAN_MOST)?;
+        within("sensor.readout.target_mean", self.target_mean, 0.001, TARGET_MEAN_MAX)?;
         within("sensor.readout.gain_max", self.gain_max, 0.001, 1000.0)?;
         within("sensor.readout.delay_frames", self.delay_frames.into(), 0.0, 8.0)
     }

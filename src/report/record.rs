@@ -310,10 +310,16 @@ pub struct Tracking {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrackingEvent {
+    /// Number of the frame, from 0.
+    #[serde(default)]
+    pub frame: u32,
     /// Time of the frame.
     pub t_s: f64,
     /// "initialised", "lost", "relocalised", "found" (near the prediction again), "loop closed".
     pub event: String,
+    /// Why it is lost.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
 }
 
 /// Hashes of the bytes of each stage, hexadecimal.
@@ -376,6 +382,12 @@ pub struct FrameRecord {
     /// From the middle of the exposure to the last bit on the lanes, of the slowest camera.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub latency_us: Option<f64>,
+    /// What became of it in the tracker: "waiting", "initialised", "tracked", "relocalised" or "lost".
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub status: String,
+    /// Threshold of each camera's extractor, in DN of the pipeline; empty where the host extracts.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub thresholds: Vec<u16>,
 }
 
 impl Report {

@@ -301,26 +301,20 @@ impl Session {
 
     /// What happened to the tracker.
     fn set_course(&self, report: &mut Report) {
-        let (mut lost_since_s, mut lost_s, mut before) = (None, Vec::new(), None);
-        for note in &self.notes {
+        let (mut lost_since_s, mut lost_s) = (None, Vec::new());
+        for (frame, note) in (0..).zip(&self.notes) {
             let t_s = note.truth.t_s;
-            let name = match (before, note.status) {
-                (_, Some(Status::Initialised)) => Some("initialised"),
-                (was, Some(Status::Lost)) if was != Some(Status::Lost) => Some("lost"),
-                (_, Some(Status::Relocalised)) => Some("relocalised"),
-                (Some(Status::Lost), Some(Status::Tracked)) => Some("found"),
-                _ => None,
-            };
-            let names = name.into_iter().chain(note.loop_closed.then_some("loop closed"));
-            report.tracking.events.extend(names.map(|name| TrackingEvent { t_s, event: name.to_owned() }));
+            report.tracking.events.extend(note.events.iter().map(|&event| {
+                let reason = note.loss.filter(|_| event == "lost").map(|loss| loss.name().to_owned());
+                TrackingEvent { frame, t_s, event: event.to_owned(), reason }
+            }));
             match note.status {
-                Some(Status::Lost) => lost_since_s = lost_since_s.or(Some(t_s)),
-                Some(Status::Tracked | Status::Relocalised) => {
+                Status::Lost => lost_since_s = lost_since_s.or(Some(t_s)),
+                Status::Tracked | Status::Relocalised => {
                     lost_s.extend(lost_since_s.take().map(|since_s| t_s - since_s));
                 }
-                Some(Status::Waiting | Status::Initialised) | None => {}
+                Status::Waiting | Status::Initialised => {}
             }
-            before = note.status;
         }
         let relocalise =
             median(&lost_s).ok_or_else(|| NotMeasurable::Absent("the tracker never came back from a loss".to_owned()));
@@ -366,6 +360,8 @@ fn frame_record(note: &FrameNotes) -> FrameRecord {
         link_bits: Some(note.link_bits),
         energy_pj: Some(note.energy_pj),
         latency_us: Some(note.latency_us),
+        status: note.status.name().to_owned(),
+        thresholds: note.thresholds.clone(),
     }
 }
 

@@ -142,9 +142,9 @@ impl Session {
 }
 
 /// Which of a camera's features the tracker's pose rests on; `indices` are the places of the host's features in the sensor's list.
-pub(super) fn marks(tracked: Option<&TrackedFrame>, camera: usize, indices: &[u32], features: usize) -> Vec<bool> {
+pub(super) fn marks(tracked: &TrackedFrame, camera: usize, indices: &[u32], features: usize) -> Vec<bool> {
     let mut marks = vec![false; features];
-    for inlier in tracked.iter().flat_map(|tracked| &tracked.inliers) {
+    for inlier in &tracked.inliers {
         if index(inlier.camera.0) != camera {
             continue;
         }

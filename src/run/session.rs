@@ -170,7 +170,7 @@ impl Session {
         }
         self.totals.stage_s[4] += lap.next_s();
         self.tracker.add_imu_readings(self.imu_readings.until(host.input.t_s));
-        let tracked = Some(self.tracker.track(&host.input));
+        let tracked = self.tracker.track(&host.input);
         self.totals.stage_s[5] += lap.next_s();
         if let Some(alone) = &mut self.alone {
             alone.track(&host.input);
@@ -186,11 +186,22 @@ impl Session {
             .zip(packets.into_iter().zip(times))
             .enumerate()
             .map(|(camera, (((mut exposures, codes), extracted), (packets, packet_times)))| {
-                let Extracted { features, out_clk: features_clk, .. } = extracted;
-                let tracked = marks(tracked.as_ref(), camera, &host.indices[camera], features.len());
+                let Extracted { features, out_clk: features_clk, threshold, .. } = extracted;
+                let threshold = on_sensor.then_some(threshold);
+                let tracked = marks(&tracked, camera, &host.indices[camera], features.len());
                 let photons = exposures.swap_remove(0).photons;
                 let electrons = self.electrons.get_mut(camera).and_then(Option::take);
-                CameraFrame { photons, electrons, codes, features, features_clk, packets, packet_times, tracked }
+                CameraFrame {
+                    photons,
+                    electrons,
+                    codes,
+                    features,
+                    features_clk,
+                    threshold,
+                    packets,
+                    packet_times,
+                    tracked,
+                }
             })
             .collect();
         let done = Frame { frame, t_s, truth, cameras, tracked };
@@ -210,9 +221,9 @@ impl Session {
             sums.add(CodeSums::of(&camera.codes, saturated_dn));
         }
         self.totals.codes.add(sums);
-        let tracked = frame.tracked.as_ref();
-        tracked.iter().for_each(|tracked| self.totals.hashes.add_pose(tracked));
-        let predicted = tracked.and_then(|tracked| tracked.predicted_position_m).map(|translation_m| TimedPose {
+        let tracked = &frame.tracked;
+        self.totals.hashes.add_pose(tracked);
+        let predicted = tracked.predicted_position_m.map(|translation_m| TimedPose {
             t_s: frame.t_s,
             world_from_body: Pose { translation_m, ..Pose::IDENTITY },
         });
@@ -220,17 +231,19 @@ impl Session {
         self.setup.exposure.after_frame(frame.frame, mean_code_dn);
         self.notes.push(FrameNotes {
             truth: TimedPose { t_s: frame.t_s, world_from_body: frame.truth },
-            estimate: tracked.and_then(|tracked| tracked.world_from_body),
+            estimate: tracked.world_from_body,
             predicted,
             mean_code_dn,
             exposure_us: 1e6 * schedule.exposure_s(),
             gain: self.gain,
             found: frame.cameras.iter().map(|camera| u32_from(camera.features.len())).collect(),
-            tracked: tracked.map_or(0, |tracked| tracked.tracked_features),
-            innovation_px: tracked.and_then(|tracked| tracked.innovation_px),
-            single_picture_sigma_m: tracked.and_then(|tracked| tracked.single_picture_sigma_m),
-            status: tracked.map(|tracked| tracked.status),
-            loop_closed: tracked.is_some_and(|tracked| tracked.loop_closed),
+            tracked: tracked.tracked_features,
+            innovation_px: tracked.innovation_px,
+            single_picture_sigma_m: tracked.single_picture_sigma_m,
+            status: tracked.status,
+            loss: tracked.loss,
+            events: tracked.events(self.notes.last().map(|note| note.status)).collect(),
+            thresholds: frame.cameras.iter().filter_map(|camera| camera.threshold).collect(),
             link_bits: 0.0,
             energy_pj: 0.0,
             latency_us: 1e6 * self.totals.link.frame_latency_s,

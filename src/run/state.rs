@@ -33,6 +33,8 @@ pub struct CameraFrame {
     pub features: Vec<Feature>,
     /// The clock in which each of them leaves it, from the frame's first pixel; empty where the host extracts.
     pub features_clk: Vec<u64>,
+    /// Threshold of the sensor's extractor; none where the host extracts.
+    pub threshold: Option<u16>,
     /// Packets as they arrive at the host.
     pub packets: Vec<u8>,
     /// When each of them was on the lanes.
@@ -51,8 +53,8 @@ pub struct Frame {
     pub truth: Pose,
     /// One entry a camera.
     pub cameras: Vec<CameraFrame>,
-    /// What the host found; none without two cameras or without features on the link.
-    pub tracked: Option<TrackedFrame>,
+    /// The tracker's answer.
+    pub tracked: TrackedFrame,
 }
 
 /// Sums over the run.

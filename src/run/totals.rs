@@ -7,7 +7,7 @@ use crate::link::{Flow, LinkCounts, Traffic};
 use crate::num::greater;
 use crate::pose::{Pose, TimedPose};
 use crate::readout::Schedule;
-use crate::tracker::{FrameInput, Status, Tracker};
+use crate::tracker::{FrameInput, LossReason, Status, Tracker};
 use crate::units::FrameIndex;
 
 /// What the cameras alone gave, frame by frame.
@@ -37,8 +37,10 @@ pub(super) struct FrameNotes {
     pub tracked: u32,
     pub innovation_px: Option<f64>,
     pub single_picture_sigma_m: Option<f64>,
-    pub status: Option<Status>,
-    pub loop_closed: bool,
+    pub status: Status,
+    pub loss: Option<LossReason>,
+    pub events: Vec<&'static str>,
+    pub thresholds: Vec<u16>,
     pub link_bits: f64,
     pub energy_pj: f64,
     pub latency_us: f64,

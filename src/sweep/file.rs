@@ -45,7 +45,7 @@ pub struct SweepFile {
     pub cell: Vec<NamedLevel>,
     /// What the report shows.
     #[serde(default)]
-    pub report: ReportWishes,
+    pub report: ReportOptions,
 }
 
 fn grid() -> String {
@@ -59,7 +59,7 @@ const fn one() -> u64 {
 /// What the report shows.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct ReportWishes {
+pub struct ReportOptions {
     /// Title of the page.
     pub title: Option<String>,
     /// Figures with effects and differences; not given: pose error, jitter, power, link rate and features.
@@ -70,13 +70,13 @@ pub struct ReportWishes {
     pub fronts: Vec<[String; 2]>,
     /// Figures drawn by the levels of one factor, apart for those of another; each is a picture and a table as files too.
     #[serde(default)]
-    pub picture: Vec<PictureWish>,
+    pub picture: Vec<PlotRequest>,
 }
 
 /// A picture of a report.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct PictureWish {
+pub struct PlotRequest {
     /// The figure.
     pub figure: String,
     /// The factor along the axis.

@@ -1,7 +1,7 @@
 //! A figure by the levels of one factor, apart for the levels of another: means, and ratios between paired cells, with their intervals.
 
 use super::digits::digits;
-use super::file::PictureWish;
+use super::file::PlotRequest;
 use super::levels::{Levels, by_rest, figures, levels};
 use super::record::label;
 use super::table::{Role, Table};
@@ -40,7 +40,7 @@ pub struct LevelMeans {
 
 impl Interaction {
     /// Takes it from a table. Fails on a factor or level that the table does not have.
-    pub fn of(table: &Table, figure: &str, wish: &PictureWish) -> Result<Self, Error> {
+    pub fn of(table: &Table, figure: &str, wish: &PlotRequest) -> Result<Self, Error> {
         let factors: Vec<&String> =
             table.columns.iter().filter(|column| is_level(column.role)).map(|column| &column.name).collect();
         let known = |key: &str, name: &str| {
@@ -189,8 +189,8 @@ mod tests {
         }
     }
 
-    fn wish() -> PictureWish {
-        PictureWish {
+    fn wish() -> PlotRequest {
+        PlotRequest {
             figure: "ate_m".to_owned(),
             by: "bits".to_owned(),
             split: Some("smoothing".to_owned()),
@@ -213,8 +213,8 @@ mod tests {
 
     #[test]
     fn a_factor_or_level_that_is_not_there_is_refused_with_those_that_are() {
-        let said = |wish: PictureWish| Interaction::of(&table(), "tracking.ate_m", &wish).unwrap_err().to_string();
-        assert!(said(PictureWish { by: "bit".to_owned(), ..wish() }).contains("bits, smoothing, seed"));
-        assert!(said(PictureWish { base: Some(toml::Value::Integer(3)), ..wish() }).contains("2, 8"));
+        let said = |wish: PlotRequest| Interaction::of(&table(), "tracking.ate_m", &wish).unwrap_err().to_string();
+        assert!(said(PlotRequest { by: "bit".to_owned(), ..wish() }).contains("bits, smoothing, seed"));
+        assert!(said(PlotRequest { base: Some(toml::Value::Integer(3)), ..wish() }).contains("2, 8"));
     }
 }

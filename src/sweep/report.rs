@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rand::RngExt;
 
-use super::file::{PictureWish, ReportWishes};
+use super::file::{PlotRequest, ReportOptions};
 use super::html;
 use super::interaction::Interaction;
 use super::levels::{by_rest, figures, levels};
@@ -26,14 +26,14 @@ const FIGURES: [&str; 6] = [
     "bandwidth.link_bits_per_s",
 ];
 
-/// Fronts where a sweep file names none.
+/// Pareto fronts where a sweep file names none.
 const FRONTS: [[&str; 2]; 2] = [["energy.power_mw", "tracking.ate_m"], ["bandwidth.link_bits_per_s", "tracking.ate_m"]];
 
 /// Resamples of the replicates that say how sure a place on a front is.
 const RESAMPLES: u64 = 400;
 
 /// The page of a gathered sweep. Fails on a figure that no cell has; a sweep without a finished cell.
-pub fn page(title: &str, wishes: &ReportWishes, table: &Table, verdicts: &[PointVerdict]) -> Result<String, Error> {
+pub fn page(title: &str, options: &ReportOptions, table: &Table, verdicts: &[PointVerdict]) -> Result<String, Error> {
     let known = figure_names(table);
     if known.is_empty() {
         return Err(Error::Run("no cell is finished; run the sweep first".to_owned()));
@@ -42,30 +42,30 @@ pub fn page(title: &str, wishes: &ReportWishes, table: &Table, verdicts: &[Point
     let usual = |names: &[&str]| {
         names.iter().filter(|name| known.iter().any(|one| one == *name)).map(|name| (*name).to_owned()).collect()
     };
-    let figures: Vec<String> = if wishes.figures.is_empty() {
+    let figures: Vec<String> = if options.figures.is_empty() {
         usual(&FIGURES)
     } else {
-        wishes.figures.iter().map(|asked| full("report.figures", asked)).collect::<Result<_, _>>()?
+        options.figures.iter().map(|asked| full("report.figures", asked)).collect::<Result<_, _>>()?
     };
-    let fronts: Vec<[String; 2]> = if wishes.fronts.is_empty() {
+    let fronts: Vec<[String; 2]> = if options.fronts.is_empty() {
         let is_known = |pair: &&[&str; 2]| pair.iter().all(|name| known.iter().any(|one| one == name));
         FRONTS.iter().filter(is_known).map(|pair| pair.map(str::to_owned)).collect()
     } else {
         let of = |pair: &[String; 2]| Ok([full("report.fronts", &pair[0])?, full("report.fronts", &pair[1])?]);
-        wishes.fronts.iter().map(of).collect::<Result<_, Error>>()?
+        options.fronts.iter().map(of).collect::<Result<_, Error>>()?
     };
     let reports: Vec<FigureReport> = figures.iter().map(|figure| figure_report(table, figure)).collect();
     let fronts: Vec<([String; 2], Vec<FrontPoint>)> =
         fronts.into_iter().map(|pair| (pair.clone(), front(table, [&pair[0], &pair[1]]))).collect();
-    let pictures = interactions(wishes, table)?;
+    let pictures = interactions(options, table)?;
     Ok(html::page(title, table, &reports, (&fronts, &pictures), verdicts))
 }
 
 /// The pictures that a sweep file asks for. Fails on a figure, factor or level that no cell has.
-pub fn interactions(wishes: &ReportWishes, table: &Table) -> Result<Vec<Interaction>, Error> {
+pub fn interactions(options: &ReportOptions, table: &Table) -> Result<Vec<Interaction>, Error> {
     let known = figure_names(table);
-    let one = |wish: &PictureWish| Interaction::of(table, &full_name(&known, "report.picture", &wish.figure)?, wish);
-    wishes.picture.iter().map(one).collect()
+    let one = |wish: &PlotRequest| Interaction::of(table, &full_name(&known, "report.picture", &wish.figure)?, wish);
+    options.picture.iter().map(one).collect()
 }
 
 fn figure_names(table: &Table) -> Vec<String> {
@@ -149,7 +149,7 @@ fn differences(table: &Table, factor: &str, figure: &str) -> Vec<LevelDifference
     all
 }
 
-/// Points of the design with both figures, and which of them no other point beats in both.
+/// Points of the design with both figures, and which of them are Pareto-optimal.
 pub fn front(table: &Table, pair: [&str; 2]) -> Vec<FrontPoint> {
     let values = pair.map(|name| figures(table, name));
     let factors: Vec<&str> = names(table, Role::Factor);

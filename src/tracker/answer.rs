@@ -1,11 +1,11 @@
-//! What enters the tracker with a frame, and what it answers. Seconds, metres, pixels.
+//! Input and output of the tracker for one frame. Seconds, metres, pixels.
 
 use glam::DVec3;
 
 use crate::compute::Feature;
 use crate::pose::Pose;
 use crate::text::named;
-use crate::tracker::sweep::RowClock;
+use crate::tracker::row_motion::RowClock;
 use crate::units::CameraIndex;
 
 /// What one frame brings.
@@ -22,7 +22,7 @@ pub struct FrameInput {
 named! {
     /// What became of a frame.
     pub enum Status {
-        /// No frame so far had enough stereo pairs to start a map.
+        /// No frame so far could start a map.
         Waiting = "waiting",
         /// The map starts here; the pose is the identity by definition.
         Initialised = "initialised",
@@ -32,6 +32,16 @@ named! {
         Relocalised = "relocalised",
         /// No pose is supported by enough landmarks.
         Lost = "lost",
+    }
+}
+
+named! {
+    /// Why a frame has no pose although there is a map.
+    pub enum LossReason {
+        /// Neither the search around the prediction nor the one by descriptors found a pose.
+        Unsupported = "too few landmarks agree on a pose",
+        /// Poses were found, and their positions were uncertain for too many frames in a row.
+        Uncertain = "the position stayed uncertain",
     }
 }
 
@@ -70,6 +80,8 @@ pub struct TrackedFrame {
     pub t_s: f64,
     /// What became of it.
     pub status: Status,
+    /// Why it is lost, where it is.
+    pub loss: Option<LossReason>,
     /// Pose of the body; the world is the body's frame when the map started. `None` while waiting or lost.
     pub world_from_body: Option<Pose>,
     /// Different landmarks that support the pose.
@@ -94,11 +106,26 @@ pub struct TrackedFrame {
     pub work: TrackerWork,
 }
 
+impl TrackedFrame {
+    /// What a report lists of the frame, given the status of the frame before: "initialised", "lost", "relocalised", "found" (near the
+    /// prediction again), "loop closed".
+    pub fn events(&self, before: Option<Status>) -> impl Iterator<Item = &'static str> {
+        let event = match (before, self.status) {
+            (_, Status::Initialised | Status::Relocalised) => Some(self.status.name()),
+            (Some(Status::Lost), Status::Tracked) => Some("found"),
+            (before, Status::Lost) if before != Some(Status::Lost) => Some("lost"),
+            _ => None,
+        };
+        event.into_iter().chain(self.loop_closed.then_some("loop closed"))
+    }
+}
+
 /// An answer without a pose.
 pub fn unlocated(t_s: f64, status: Status, work: TrackerWork) -> TrackedFrame {
     TrackedFrame {
         t_s,
         status,
+        loss: None,
         world_from_body: None,
         tracked_features: 0,
         inliers: Vec::new(),

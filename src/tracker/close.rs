@@ -19,7 +19,7 @@ use crate::tracker::map::{Landmark, Map, Sighting};
 use crate::tracker::pose_graph::{Edge, PoseGraph, RobustKernel, information};
 use crate::tracker::refine::upper_median;
 use crate::tracker::rig::{CameraKeypoints, Keypoint, RigCamera};
-use crate::tracker::sweep::Moving;
+use crate::tracker::row_motion::Moving;
 
 /// Frames for which a landmark must not have been found to count as one of an earlier visit: five seconds at 30 Hz.
 const AWAY_FRAMES: u64 = 150;

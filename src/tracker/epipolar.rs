@@ -6,7 +6,7 @@ use crate::num::{greater, lesser};
 use crate::pose::Pose;
 use crate::tracker::matching::{Best, MatchRule, mutual};
 use crate::tracker::rig::{DEPTH_M_MIN, Keypoint, RigCamera};
-use crate::tracker::sweep::Moving;
+use crate::tracker::row_motion::Moving;
 
 /// Where the partner of a keypoint may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +33,7 @@ pub fn matches(
     let mut forward = vec![Best::NONE; first.len()];
     let mut backward = vec![Best::NONE; second.len()];
     for (a, keypoint) in first.iter().enumerate().filter(|&(a, _)| !skip_first[a]) {
-        let far = rotation * keypoint.straight;
+        let far = rotation * keypoint.bearing_at_frame_time;
         let near = (far * band.range_m_min + baseline).normalize_or_zero();
         // The plane holds the baseline and both ends of the segment; it is undefined towards the epipole.
         let normal = far.cross(near);
@@ -47,14 +47,14 @@ pub fn matches(
         let (least, most) = (-libm::sin(band.beyond_rad_max), libm::sin(lesser(reach + band.beyond_rad_max, 1.5)));
         let off_max = libm::sin(band.off_plane_rad_max);
         for (b, other) in second.iter().enumerate() {
-            let off = normal.dot(other.straight);
+            let off = normal.dot(other.bearing_at_frame_time);
             if off.abs() > off_max * greater(keypoint.scale, other.scale) || skip_second[b] {
                 continue;
             }
-            let along = across.dot(other.straight);
+            let along = across.dot(other.bearing_at_frame_time);
             if along < least
                 || along > most
-                || far.dot(other.straight) <= 0.0
+                || far.dot(other.bearing_at_frame_time) <= 0.0
                 || keypoint.octave.abs_diff(other.octave) > 1
             {
                 continue;

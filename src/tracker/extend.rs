@@ -12,8 +12,8 @@ use crate::tracker::matching::MatchRule;
 use crate::tracker::preintegrate::filter::ImuFilter;
 use crate::tracker::refine::{PointMeasurement, WITHIN_PIXEL_PX, refine};
 use crate::tracker::rig::{CameraKeypoints, Keypoint, RigCamera};
+use crate::tracker::row_motion::{Moving, RatePrior};
 use crate::tracker::start::Begun;
-use crate::tracker::sweep::{Moving, RatePrior};
 use crate::tracker::unit::solve_in_unit;
 use crate::units::CameraIndex;
 

@@ -1,6 +1,6 @@
 //! Follows the map: locates a frame, judges its pose, and makes it a keyframe where one is due, which may close a loop.
 
-use super::answer::{Status, TrackedFrame, TrackerWork, unlocated};
+use super::answer::{LossReason, Status, TrackedFrame, TrackerWork, unlocated};
 use super::close;
 use super::extend::{Growth, adjust_window};
 use super::lie::Twist;
@@ -8,8 +8,8 @@ use super::localiser::{LocalisedPose, Localiser};
 use super::map::Map;
 use super::preintegrate::filter::{ImuFilter, ImuPrediction};
 use super::rig::CameraKeypoints;
+use super::row_motion::{Moving, VelocityModel, ahead_of, between};
 use super::state::{LastKeyframe, MapHistory, TrackerState};
-use super::sweep::{Moving, VelocityModel, ahead_of, between};
 use super::{DRAWS, Tracker};
 use crate::draw::DrawKey;
 use crate::num::index;
@@ -48,12 +48,14 @@ impl Tracker {
         });
         let imu_is_sure = imu_prediction.is_some_and(|imu_prediction| self.is_sure(&imu_prediction));
         let judged = found.map(|(located, status)| (self.judge(&located, imu_is_sure), located, status));
+        let has_pose = judged.is_some();
         let supported = SUPPORTED_FACTOR * self.params.inliers_min;
         let Some((is_sound, located, status)) = judged.filter(|(is_sound, located, status)| {
             let is_supported = crate::num::u32_from(located.inliers.len()) >= supported;
             *is_sound || (*status == Status::Tracked && (self.weak_frames < WEAK_FRAMES_MAX || is_supported))
         }) else {
-            let answer = TrackedFrame { predicted_position_m, ..unlocated(t_s, Status::Lost, work) };
+            let loss = Some(if has_pose { LossReason::Uncertain } else { LossReason::Unsupported });
+            let answer = TrackedFrame { loss, predicted_position_m, ..unlocated(t_s, Status::Lost, work) };
             return (self.lose(history), answer);
         };
         history.located_frame = self.frame;
@@ -87,6 +89,7 @@ impl Tracker {
         let answer = TrackedFrame {
             t_s,
             status,
+            loss: None,
             world_from_body: Some(motion.body_from_world.inverse()),
             tracked_features,
             inliers,

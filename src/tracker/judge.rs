@@ -5,8 +5,8 @@ use super::locate::{MEDIAN_SIGMAS2, NARROW_PX};
 use super::preintegrate::filter::ImuPrediction;
 use super::refine::{WITHIN_PIXEL_PX, upper_median};
 use super::rig::{CameraKeypoints, Keypoint};
+use super::row_motion::Moving;
 use super::state::LastKeyframe;
-use super::sweep::Moving;
 use super::{Inlier, Tracker};
 use crate::num::{greater, index};
 use crate::pose::Pose;
@@ -23,7 +23,7 @@ const USUAL_FRAMES: f64 = 300.0;
 const NOISE_FRAMES: f64 = 15.0;
 
 impl Tracker {
-    /// Whether a imu_prediction pose leaves less open than a narrow search reaches: three sigma of turn and of place at the least depth.
+    /// Whether three sigma of the IMU prediction, of rotation and of position at a depth of 1 m, lie within the narrow search radius.
     pub(super) fn is_sure(&self, imu_prediction: &ImuPrediction) -> bool {
         let (sigma_m, sigma_rad) = imu_prediction.sigmas();
         let focal_px = self.cameras[0].focal_px;

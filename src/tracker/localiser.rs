@@ -4,7 +4,7 @@ use super::map::Map;
 use super::params::TrackerParams;
 use super::prior::PosePrior;
 use super::rig::{CameraKeypoints, RigCamera};
-use super::sweep::{Moving, RatePrior, VelocityModel};
+use super::row_motion::{Moving, RatePrior, VelocityModel};
 use crate::units::CameraIndex;
 use nalgebra::Matrix6;
 

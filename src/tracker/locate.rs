@@ -17,8 +17,8 @@ use crate::tracker::refine::{
     FramePriors, PointMeasurement, StudentT, errors2, information, refine_with, single_picture_sigma_m, upper_median,
 };
 use crate::tracker::rig::CameraKeypoints;
+use crate::tracker::row_motion::{Moving, RatePrior};
 use crate::tracker::shift;
-use crate::tracker::sweep::{Moving, RatePrior};
 use crate::units::CameraIndex;
 
 /// Search radius around a prediction corrected by the vote: one bin, and the remaining effect of translation and roll.

@@ -11,7 +11,7 @@ use crate::tracker::lie::{Sim3, Twist};
 use crate::tracker::matching::Descriptor;
 use crate::tracker::preintegrate::chain::WindowKeyframe;
 use crate::tracker::rig::{Keypoint, RigCamera};
-use crate::tracker::sweep::Moving;
+use crate::tracker::row_motion::Moving;
 use crate::units::CameraIndex;
 
 /// Descriptors kept per landmark, from different views; a new one replaces the oldest.

@@ -20,7 +20,7 @@ use crate::tracker::lie::Twist;
 use crate::tracker::locate::MEDIAN_SIGMAS2;
 use crate::tracker::refine::{PointMeasurement, refine, upper_median};
 use crate::tracker::rig::{Keypoint, RigCamera};
-use crate::tracker::sweep::{Moving, mean_rate};
+use crate::tracker::row_motion::{Moving, mean_rate};
 use crate::tracker::unit::solve_in_unit;
 use crate::units::CameraIndex;
 
@@ -118,7 +118,10 @@ impl Hypothesis<'_> {
     fn of_tracks(&self, tracks: &[usize]) -> Vec<BearingPair> {
         let last = self.views.len() - 1;
         let pair = |&track: &usize| {
-            Some(BearingPair { first: self.keypoint(0, track)?.straight, second: self.keypoint(last, track)?.straight })
+            Some(BearingPair {
+                first: self.keypoint(0, track)?.bearing_at_frame_time,
+                second: self.keypoint(last, track)?.bearing_at_frame_time,
+            })
         };
         tracks.iter().filter_map(pair).collect()
     }
@@ -278,9 +281,9 @@ mod tests {
                 let place_px =
                     camera.place(pose.point(point_m)).expect("before the camera") + DVec2::new(off(0), off(1));
                 let bearing = camera.calibration.lens.unproject(place_px).expect("a pinhole");
-                let (descriptor, straight) = (Descriptor::new(&[0; 32]), bearing);
+                let (descriptor, bearing_at_frame_time) = (Descriptor::new(&[0; 32]), bearing);
                 let (feature, offset_s, scale, octave) = (0, 0.0, 1.0, 0);
-                Keypoint { feature, place_px, offset_s, bearing, straight, scale, octave, descriptor }
+                Keypoint { feature, place_px, offset_s, bearing, bearing_at_frame_time, scale, octave, descriptor }
             };
             (0..100).map(keypoint).collect()
         };

@@ -9,7 +9,7 @@ use crate::pose::Pose;
 use crate::tracker::p3p;
 use crate::tracker::refine::{PointMeasurement, errors2};
 use crate::tracker::rig::RigCamera;
-use crate::tracker::sweep::Moving;
+use crate::tracker::row_motion::Moving;
 use crate::units::CameraIndex;
 
 /// Limits of a search.

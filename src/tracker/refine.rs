@@ -14,7 +14,7 @@ use crate::tracker::dense::solve_cholesky;
 use crate::tracker::lie::{Twist, se3_exp};
 use crate::tracker::pose_graph::RobustKernel;
 use crate::tracker::rig::{Keypoint, RigCamera};
-use crate::tracker::sweep::{Moving, RatePrior};
+use crate::tracker::row_motion::{Moving, RatePrior};
 use crate::units::CameraIndex;
 
 /// A point of the map found on a picture.

@@ -9,7 +9,7 @@ use crate::num::{greater, index, u32_from};
 use crate::optics::lens::{Lens, ProjectionJacobian};
 use crate::pose::Pose;
 use crate::tracker::matching::Descriptor;
-use crate::tracker::sweep::{Moving, RowClock};
+use crate::tracker::row_motion::{Moving, RowClock};
 use crate::units::Size;
 
 /// Points nearer to a camera's plane than this cannot be imaged sharply, and their derivatives blow up.
@@ -58,7 +58,7 @@ impl RigCamera {
         Self::new(CameraCalibration { lens, size, body_from_camera: Pose::IDENTITY })
     }
 
-    /// Place of a point of the body's frame; `None` outside the lens' field or outside the picture.
+    /// Projection of a point of the body's frame; `None` outside the lens' field or outside the picture.
     pub fn project(&self, point_in_body_m: DVec3) -> Option<DVec2> {
         self.place(point_in_body_m).filter(|&place_px| self.contains(place_px))
     }
@@ -120,12 +120,12 @@ pub struct Keypoint {
     pub feature: u32,
     /// Place on the picture.
     pub place_px: DVec2,
-    /// From the time of the frame to that of the place's row, in seconds.
+    /// Time of its row minus time of the frame, in seconds.
     pub offset_s: f64,
     /// Unit vector in the camera's frame.
     pub bearing: DVec3,
-    /// The same as it would be at the frame's time, had the body only turned since.
-    pub straight: DVec3,
+    /// The bearing that it would have had at the frame's time: the rotation between the two times is taken off, translation is not.
+    pub bearing_at_frame_time: DVec3,
     /// Standard deviation of the place, per axis, in units of the tracker's `place_sigma_px`: 1 at full size.
     pub scale: f64,
     /// Half-scale octave.
@@ -169,7 +169,7 @@ impl CameraKeypoints {
                 place_px,
                 offset_s: clock.row_offset_s(place_px.y, size),
                 bearing,
-                straight: bearing,
+                bearing_at_frame_time: bearing,
                 scale,
                 octave: feature.octave,
                 descriptor,
@@ -211,7 +211,7 @@ impl CameraKeypoints {
         for keypoint in &mut self.keypoints {
             let turn = state.row_from_frame(keypoint.offset_s).rotation.conjugate();
             let in_body = camera.calibration.body_from_camera.direction(keypoint.bearing);
-            keypoint.straight = camera.camera_from_body.direction(turn * in_body);
+            keypoint.bearing_at_frame_time = camera.camera_from_body.direction(turn * in_body);
         }
     }
 

@@ -13,7 +13,7 @@ use crate::num::{index, u32_from, u64_from};
 use crate::pose::Pose;
 use crate::tracker::lie::so3_exp;
 use crate::tracker::matching::Distances;
-use crate::tracker::sweep::Moving;
+use crate::tracker::row_motion::Moving;
 
 /// Edge of a bin of shifts, and bins on each side of none.
 const BIN_PX: f64 = 2.0;

@@ -18,7 +18,7 @@ use crate::tracker::lie::{Twist, so3_exp, so3_log};
 use crate::tracker::matching::{Best, MatchRule, mutual};
 use crate::tracker::proof::{self, Hypothesis, PathView};
 use crate::tracker::rig::{CameraKeypoints, Keypoint, RigCamera};
-use crate::tracker::sweep::{AT_REST, Moving, mean_rate};
+use crate::tracker::row_motion::{AT_REST, Moving, mean_rate};
 use crate::tracker::tracks::{Tracks, median_step_px};
 
 /// Least median angle between the rays of the first points: half a pixel of 320 px leaves 5 % of a depth at 0.04.
@@ -62,13 +62,13 @@ pub struct MonoInitialiser {
 pub struct Begun {
     /// Time of the opening frame in seconds.
     pub first_t_s: f64,
-    /// Its views, keypoints straight.
+    /// Its views, keypoints straightened.
     pub first_views: Vec<CameraKeypoints>,
     /// How the body moved when the opening frame was taken; the world is its frame.
     pub first: Moving,
     /// The same of this frame.
     pub second: Moving,
-    /// Views of this frame, keypoints straight.
+    /// Views of this frame, keypoints straightened.
     pub second_views: Vec<CameraKeypoints>,
     /// Camera that gave the points.
     pub camera: usize,
@@ -183,10 +183,10 @@ impl Initialisation<'_> {
         if numbers.len() < PAIRS_FACTOR * least {
             return Err(());
         }
-        let (first_views, second_views) = (self.straight(first), self.straight(second));
+        let (first_views, second_views) = (self.straightened(first), self.straightened(second));
         let pair = |&(i, j): &(usize, usize)| BearingPair {
-            first: first_views[0].keypoints[i].straight,
-            second: second_views[0].keypoints[j].straight,
+            first: first_views[0].keypoints[i].bearing_at_frame_time,
+            second: second_views[0].keypoints[j].bearing_at_frame_time,
         };
         let own: Vec<BearingPair> = numbers.iter().map(pair).collect();
         let search = self.search(0, 1.0);
@@ -221,7 +221,7 @@ impl Initialisation<'_> {
 
     /// Two frames against each other: a start, none yet, or an opening that has too little in common with the present.
     fn hold(&self, first: &InitialFrame, second: &InitialFrame, work: &mut TrackerWork) -> Result<Option<Begun>, ()> {
-        let (first_views, second_views) = (self.straight(first), self.straight(second));
+        let (first_views, second_views) = (self.straightened(first), self.straightened(second));
         let views = first_views.iter().zip(&second_views);
         let numbers: Vec<Vec<(usize, usize)>> =
             views.map(|(a, b)| self.look_alikes(&a.keypoints, &b.keypoints, work)).collect();
@@ -232,7 +232,10 @@ impl Initialisation<'_> {
         }
         let pairs = |camera: usize| -> Vec<BearingPair> {
             let (a, b) = (&first_views[camera].keypoints, &second_views[camera].keypoints);
-            numbers[camera].iter().map(|&(i, j)| BearingPair { first: a[i].straight, second: b[j].straight }).collect()
+            numbers[camera]
+                .iter()
+                .map(|&(i, j)| BearingPair { first: a[i].bearing_at_frame_time, second: b[j].bearing_at_frame_time })
+                .collect()
         };
         let own = pairs(best);
         let Some(found) = two_view(&own, &self.search(best, 1.0), self.key) else { return Ok(None) };
@@ -258,7 +261,7 @@ impl Initialisation<'_> {
     }
 
     /// A shot's views with their keypoints at the frame's time.
-    fn straight(&self, shot: &InitialFrame) -> Vec<CameraKeypoints> {
+    fn straightened(&self, shot: &InitialFrame) -> Vec<CameraKeypoints> {
         let mut views = shot.views.clone();
         if let Some(rate) = shot.rate {
             let state = Moving { body_from_world: Pose::IDENTITY, rate };
@@ -366,7 +369,7 @@ fn common_root(lines: &[ScaleLine], agreeing_min: usize) -> Option<f64> {
     (is_known && agreeing >= agreeing_min && 2 * agreeing >= lines.len()).then_some(scale)
 }
 
-/// A view as the proof takes it, its keypoints straight where bearings of it are asked for.
+/// A view as the proof takes it, its keypoints straightened where bearings of it are asked for.
 fn path_view<'a>(shot: &InitialFrame, views: &'a [CameraKeypoints], pairs: &'a [(usize, usize)]) -> PathView<'a> {
     PathView { t_s: shot.t_s, keypoints: &views[0].keypoints, rate: shot.rate, pairs }
 }

@@ -1,6 +1,6 @@
 //! The states of the tracker, and what each one knows of the past.
 
-use super::sweep::VelocityModel;
+use super::row_motion::VelocityModel;
 use crate::pose::Pose;
 
 /// Where the tracker stands between two frames.

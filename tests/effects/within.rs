@@ -19,7 +19,7 @@ const WIDE: Size = Size { width_px: 333, height_px: 24 };
 /// Rows of black, of light far beyond the well, of what is between, and of means on both sides of where draws stop.
 fn patchwork(parameters: &Parameters, case: u64) -> Plane<f32> {
     let efficiency = parameters.pixel.quantum_efficiency * parameters.pixel.fill_factor;
-    let full_e = f64::from(sensel::pixel::full_from_e(&parameters.pixel));
+    let full_e = f64::from(sensel::pixel::saturated_from_e(&parameters.pixel));
     let mut uniforms = vec![0; WIDE.pixel_count()];
     fill_uniforms(DrawKey::root(case), &mut uniforms);
     let row_kinds = uniforms.clone();

@@ -11,7 +11,7 @@ use sensel::tracker::refine::{
     FramePriors, PointMeasurement, StudentT, UNSEEN_SIGMAS2, WITHIN_PIXEL_PX, errors2, information, refine, refine_with,
 };
 use sensel::tracker::rig::RigCamera;
-use sensel::tracker::sweep::Moving;
+use sensel::tracker::row_motion::Moving;
 use sensel::units::CameraIndex;
 
 use super::{apart, normals};

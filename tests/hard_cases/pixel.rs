@@ -40,7 +40,7 @@ fn through(effect: &dyn Effect, values: &mut [f32], reset: &mut [f32], times_s: 
         uniforms: &mut uniforms,
         draws: &mut draws,
         keys: &KeptKeys::default(),
-        full_from_e: f32::INFINITY,
+        saturated_from_e: f32::INFINITY,
         idle_px: 0,
     };
     effect.apply(&mut pass);

@@ -13,7 +13,7 @@ from optuna._hypervolume import compute_hypervolume
 from scipy import special
 from sensel_sweep.search import beside, choice, file, propose, rungs, space, sureness
 from sensel_sweep.search.batch import Result, Run
-from sensel_sweep.search.designs import Design, Wanted, excess_of, front, hypervolume, summary
+from sensel_sweep.search.designs import Design, Wanted, excess_of, front, hypervolume, summaries_of, summary
 from sensel_sweep.search.file import Objective, constraint
 from sensel_sweep.search.outcome import Held, Judged, Mean, chosen, kept_of, mean_of
 from sensel_sweep.search.racing import near_front, residual_sd, to_confirm
@@ -255,12 +255,30 @@ def finalists_have_more_and_more_margin():
     assert choice.finalists(SEARCH, whole, designs, 2) == [0, 3]
 
 
+def finalists_reach_beyond_the_limit():
+    limit = constraint("tracking.ate_m < 0.010 for 99 %")
+    wish = replace(WISH, objectives=WISH.objectives[:1], constraints=(limit, TRACKED))
+
+    def runs(power_mw, mean_mm):
+        # The scatter of all designs, about exactly this mean of logarithms.
+        errors = [0.02 * float(special.ndtri((at + 0.5) / 16)) for at in range(16)]
+        return [result(power_mw, 1e-3 * mean_mm * math.exp(error)) for error in errors]
+
+    def at(mean_mm):
+        return [design(0, runs(11.0, 8.0)), design(1, runs(12.0, 7.0)), design(2, runs(13.0, 6.0)), design(3, runs(10.0, mean_mm)), design(4, runs(9.0, 11.0))]
+
+    # 99 % of runs lie 2.4 scatters above the mean, so the limit of 10 mm is at a mean of 9.54 mm, and one standard error is 0.5 %.
+    found = {mean_mm: choice.finalists(SEARCH, wish, at(mean_mm), 4) for mean_mm in (9.5, 9.56, 9.65)}
+    assert found == {9.5: [0, 1, 2, 3], 9.56: [0, 1, 2, 3], 9.65: [0, 1, 2]}, found
+    assert [summaries_of(wish, at(mean_mm))[3].is_feasible for mean_mm in found] == [True, False, False]
+
+
 def main():
     compared = volumes_agree()
     checks = [a_lost_track_is_no_number, shares_pick_the_run, intervals_are_exact, noise_is_what_shifts_leave]
     checks += [designs_beside_the_best_stay_in_the_space, a_race_keeps_what_may_be_best, files_are_read, a_rung_is_judged_by_ranks]
     checks += [fronts_move_by_more_than_the_runs_leave_open_or_not, the_last_cells_go_to_those_that_are_evaluated_anew]
-    checks += [finalists_have_more_and_more_margin, a_choice_is_shown_and_within_a_resolution_sure]
+    checks += [finalists_have_more_and_more_margin, finalists_reach_beyond_the_limit, a_choice_is_shown_and_within_a_resolution_sure]
     for check in checks:
         check()
     print(json.dumps({"volumes": compared, "checks": len(checks)}))

@@ -15,7 +15,7 @@ use sensel::plane::Plane;
 use sensel::run::{NoFiles, NoProgress, Setup};
 use sensel::units::{CameraIndex, FrameIndex, RowIndex, Span};
 
-use super::{CONFIGS, Chance, SHARED_BY_ROWS, case, difference_uv};
+use super::{CONFIGS, Chance, SHARED_BY_COLUMNS, SHARED_BY_ROWS, case, difference_uv};
 
 /// Fewer pixels than this say too little about a variance.
 const PIXELS_MIN: usize = 200;
@@ -139,7 +139,7 @@ impl Pixels<'_> {
         let (mean, square, fourth) = (moment(1), moment(2), moment(4));
         // What all pixels of a row or column share is drawn as often as there are rows or columns.
         let of_rows = shared_e2(self.gone, region, &SHARED_BY_ROWS);
-        let of_columns = shared_e2(self.gone, region, &["column_gain", "column_offset", "column_noise"]);
+        let of_columns = shared_e2(self.gone, region, &SHARED_BY_COLUMNS);
         let draws = [f64_from_usize(rows), f64_from_usize(columns)];
         let mean_se = (square / count + of_rows / draws[0] + of_columns / draws[1]).sqrt();
         // Of n normal draws the variance has the relative standard error sqrt(2 / n).

@@ -113,8 +113,15 @@ pub fn report() -> Report {
     }
     report.tracking.single_picture_sigma_m = Some(0.0009);
     report.tracking.relocalise_s = Some(0.2);
-    let event = |t_s, event: &str| TrackingEvent { t_s, event: event.to_owned() };
-    report.tracking.events = vec![event(0.0, "initialised"), event(4.0, "lost"), event(4.2, "relocalised")];
+    let event = |(frame, t_s), event: &str, reason: Option<&str>| {
+        let (event, reason) = (event.to_owned(), reason.map(str::to_owned));
+        TrackingEvent { frame, t_s, event, reason }
+    };
+    report.tracking.events = vec![
+        event((0, 0.0), "initialised", None),
+        event((80, 4.0), "lost", Some("too few landmarks agree on a pose")),
+        event((84, 4.2), "relocalised", None),
+    ];
     report
 }
 

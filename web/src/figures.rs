@@ -13,7 +13,7 @@ pub fn summary(run: &Run, frame: &Frame) -> Result<Value, Error> {
     let (sensor, plan) = (&setup.sensor, &setup.plan);
     let report = run.report("page")?;
     let [photons, codes, features, energy, poses] = run.hashes();
-    let tracked = frame.tracked.as_ref();
+    let tracked = &frame.tracked;
     let codes_sum: u64 = camera.codes.values().iter().map(|&code| u64::from(code)).sum();
     let pixels = f64_from_usize(sensor.size.pixel_count());
     let photon_sum: f64 = camera.photons.values().iter().map(|&value| f64::from(value)).sum();
@@ -36,9 +36,9 @@ pub fn summary(run: &Run, frame: &Frame) -> Result<Value, Error> {
         "omitted": omitted,
         "present": sensel::effects::build_all(&sensor.parameters).iter().map(|effect| effect.name()).collect::<Vec<_>>(),
         "hashes": {"photons": photons, "codes": codes, "features": features, "energy": energy, "poses": poses},
-        "has_pose": tracked.is_some_and(|tracked| tracked.world_from_body.is_some()),
-        "keyframe": tracked.is_some_and(|tracked| tracked.keyframe),
-        "tracked_features": tracked.map_or(0, |tracked| tracked.tracked_features),
+        "has_pose": tracked.world_from_body.is_some(),
+        "keyframe": tracked.keyframe,
+        "tracked_features": tracked.tracked_features,
         "exposure_us": 1e6 * schedule.exposure_s(),
         "exposure_lines": schedule.exposure_lines(),
         "line_us": 1e6 * schedule.line_time_s(),

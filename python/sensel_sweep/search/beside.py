@@ -1,4 +1,4 @@
-"""Compares the held-back runs of two searches of one question: whether their fronts differ by more than the runs leave open."""
+"""Compares the held-out runs of two searches of one question: whether their fronts differ by more than the runs leave open."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def sentences(wish: Wanted, all_judged: list[Judged], other: Other) -> list[str]
     name = f"{other.name} (search seed {other.seed}, {other.sampler}, {other.cells} cells)"
     sides = volumes(wish, [all_judged, other.held])
     if sides is None:
-        return [f"Neither this search nor {name} has a design that held-back runs could measure, so the fronts cannot be compared."]
+        return [f"Neither this search nor {name} has a design that held-out runs could measure, so the fronts cannot be compared."]
     here, there = sides
     low, high = interval_of(here.draws - there.draws)
     what = "hypervolume of the front" if len(wish.objectives) > 1 else f"best {wish.objectives[0].figure}"

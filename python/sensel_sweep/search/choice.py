@@ -7,6 +7,9 @@ import math
 from .designs import Design, Summary, Wanted, best_first, front, layers, summaries_of
 from .file import SearchFile
 
+# Designs may keep a share of runs, or be the best, while others are ahead by no more than so many standard errors.
+STANDARD_ERRORS = 1.0
+
 
 def score(wish: Wanted, means: tuple[float | None, ...], weights: list[float], all_means: list[tuple]) -> float:
     """The price of a design, small being good: the sum of weighted logarithms, so that one percent of each objective weighs its weight.
@@ -37,24 +40,40 @@ def weights_of(wish: Wanted) -> list[float]:
 
 
 def margin(wish: Wanted, one: Summary) -> float:
-    """By how much a feasible design keeps the limits that a share of the runs must keep, small being good: the worst of them. A limit that is kept
-    exactly, as counts and shares are, says nothing of that."""
+    """By how much a design keeps the limits that a share of the runs must keep, small being good: the worst of them, above 0 where it misses one.
+    A limit that is kept exactly, as counts and shares are, says nothing of that."""
     kept = [excess for constraint, excess in zip(wish.constraints, one.excess) if constraint.share is not None and excess != 0.0]
     return max(kept, default=0.0)
 
 
-def by_margin(wish: Wanted, summaries: list[Summary], count: int) -> list[int]:
-    """The design of the least price, and those that keep their limits by more than every cheaper one; evenly among them where there are more
-    than the count. A search ends where its own runs just keep a limit, so other runs may not."""
-    feasible = {one.design.number: one for one in summaries if one.is_feasible}
-    all_means, weights = [one.means for one in feasible.values()], weights_of(wish)
-    found: list[int] = []
-    for number in sorted(feasible, key=lambda at: (score(wish, feasible[at].means, weights, all_means), at)):
-        if not found or margin(wish, feasible[number]) < margin(wish, feasible[found[-1]]):
-            found.append(number)
-    if len(found) <= count:
-        return found
-    return [found[at * (len(found) - 1) // max(count - 1, 1)] for at in range(count)]
+def by_price(wish: Wanted, summaries: list[Summary]) -> list[Summary]:
+    """Designs that keep their limits by more than every cheaper one, the cheapest first."""
+    all_means, weights = [one.means for one in summaries], weights_of(wish)
+    found: list[Summary] = []
+    for one in sorted(summaries, key=lambda one: (score(wish, one.means, weights, all_means), one.design.number)):
+        if not found or margin(wish, one) < margin(wish, found[-1]):
+            found.append(one)
+    return found
+
+
+def evenly(summaries: list[Summary], count: int) -> list[int]:
+    """At most so many of these, evenly among them and with the first."""
+    if len(summaries) > count:
+        summaries = [summaries[at * (len(summaries) - 1) // max(count - 1, 1)] for at in range(count)]
+    return [one.design.number for one in summaries]
+
+
+def about_the_limit(wish: Wanted, designs: list[Design], count: int) -> list[int]:
+    """The design of the least price; up to half as many as the count that keep their limits by more, since a search ends where its own runs just
+    keep a limit, so other runs may not; and up to a quarter that are cheaper and miss a limit by less than their runs leave open."""
+    summaries = summaries_of(wish, designs)
+    kept = by_price(wish, [one for one in summaries if one.is_feasible])
+    if not kept:
+        return []
+    hopeful = {one.design.number for one in summaries_of(wish, designs, STANDARD_ERRORS) if one.is_feasible}
+    may_keep = by_price(wish, [one for one in summaries if one.design.number in hopeful])
+    cheaper = [one for one in may_keep if not one.is_feasible]
+    return evenly(kept, min(1 + count // 2, count)) + evenly(cheaper, count // 4)
 
 
 def choices_of(search: SearchFile, design: Design) -> list:
@@ -63,9 +82,9 @@ def choices_of(search: SearchFile, design: Design) -> list:
 
 
 def finalists(search: SearchFile, wish: Wanted, designs: list[Design], count: int) -> list[int]:
-    """Designs to evaluate anew: the best one at the stated prices, and up to half as many as the count with more margin; those at prices that
-    favour each objective; others along the front; the next behind it, first those with other values of the factors that are no ranges, since what
-    few runs misjudge they misjudge in neighbours alike; where none keeps all constraints, those that miss them least; and every guess."""
+    """Designs to evaluate anew: the best one at the stated prices, with others on both sides of the limits; those at prices that favour each
+    objective; others along the front; the next behind it, first those with other values of the factors that are no ranges, since what few runs
+    misjudge they misjudge in neighbours alike; where none keeps all constraints, those that miss them least; and every guess."""
     summaries = summaries_of(wish, designs)
     on_front = front(wish, summaries)
     means = {one.design.number: one.means for one in on_front}
@@ -76,7 +95,7 @@ def finalists(search: SearchFile, wish: Wanted, designs: list[Design], count: in
             chosen.append(number)
 
     weights = weights_of(wish)
-    for number in by_margin(wish, summaries, min(1 + count // 2, count)):
+    for number in about_the_limit(wish, designs, count):
         add(number)
     for number in range(len(weights)):
         add(best(wish, means, [2.0 * weight if place == number else weight for place, weight in enumerate(weights)]))

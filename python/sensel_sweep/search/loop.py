@@ -11,13 +11,13 @@ from pathlib import Path
 
 from ..cluster import Engine
 from .batch import Result, Run, gathered, read_table, reason_of_failure, refusal, run_batch, sweep_text, write_whole
-from .choice import finalists
+from .choice import STANDARD_ERRORS, finalists
 from .designs import Design, Summary, Wanted, summaries_of, wanted
 from .failure import Failure
 from .file import SearchFile
 from .propose import proposals, versions
 from . import rungs
-from .racing import STANDARD_ERRORS, near_front, seeds_wanted, to_confirm
+from .racing import near_front, seeds_wanted, to_confirm
 from .space import first
 
 # Figures that only a finished cell names, because they depend on the run.

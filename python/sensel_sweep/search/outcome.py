@@ -1,4 +1,4 @@
-"""What a search ends with: the front on held-back seeds and trajectories, the chosen design, and why."""
+"""What a search ends with: the front on held-out seeds and trajectories, the chosen design, and why."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Kept:
 
 @dataclass(frozen=True)
 class Held:
-    """What the held-back runs say of a design."""
+    """What the held-out runs say of a design."""
 
     means: tuple[Mean, ...]
     kept: tuple[Kept, ...]
@@ -51,13 +51,13 @@ class Held:
 
     @property
     def is_admissible(self) -> bool:
-        """Whether the held-back runs keep every constraint as often as asked."""
+        """Whether the held-out runs keep every constraint as often as asked."""
         return self.is_measured and all(one.verdict != "missed" for one in self.kept)
 
 
 @dataclass(frozen=True)
 class Judged(Held):
-    """A design of this search on the held-back runs."""
+    """A design of this search on the held-out runs."""
 
     summary: Summary
 

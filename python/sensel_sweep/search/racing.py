@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import math
 
-from .choice import finalists
+from .choice import STANDARD_ERRORS, finalists
 from .designs import Design, Summary, Wanted, layers
 from .file import SearchFile
-
-# A design stays in the race while nothing beats it by more than so many standard errors in every objective.
-STANDARD_ERRORS = 1.0
 
 
 def residual_sd(wish: Wanted, summaries: list[Summary], number: int) -> tuple[float, bool]:

@@ -121,18 +121,18 @@ def sentences(state: State, all_judged: list[Judged], number: int | None) -> lis
             return [f"{state.cells} cells of {len(state.designs)} designs: no design keeps all constraints yet."]
         return [f"{state.cells} of {search.cells} cells are finished; the front is not evaluated yet."]
     if number is None:
-        return ["No design keeps all constraints on the held-back runs. Loosen a limit, widen a range, or give more cells."]
+        return ["No design keeps all constraints on the held-out runs. Loosen a limit, widen a range, or give more cells."]
     own = next(one for one in all_judged if one.number == number)
     lines = [f"Chosen: {title_of(state, number)}: {design_text(state, number)}."]
     lines += [
-        f"{objective.figure} is {mean_text(mean)} over {mean.count} held-back runs (mean with 95 % interval)."
+        f"{objective.figure} is {mean_text(mean)} over {mean.count} held-out runs (mean with 95 % interval)."
         for objective, mean in zip(state.wish.objectives, own.means)
     ]
     for constraint, kept in zip(state.wish.constraints, own.kept):
         low, high = (100.0 * end for end in kept.interval)
         interval = f"95 % interval {low:.1f} to {high:.1f} %"
         where = misses_text(state, number, constraint)
-        lines.append(f"'{constraint.text}': {kept.met} of {kept.runs} held-back runs keep it ({interval}): {kept.verdict}{where}.")
+        lines.append(f"'{constraint.text}': {kept.met} of {kept.runs} held-out runs keep it ({interval}): {kept.verdict}{where}.")
     lines += better_sentence(state, all_judged, own)
     among = eligible(all_judged)
     kept = "are shown to keep every share" if own.is_shown else "keep all constraints"
@@ -161,7 +161,7 @@ def sentences(state: State, all_judged: list[Judged], number: int | None) -> lis
 
 
 def misses_text(state: State, number: int, constraint: Constraint) -> str:
-    """On which trajectories a design's held-back runs miss a constraint: an interval that counts runs as independent does not tell that."""
+    """On which trajectories a design's held-out runs miss a constraint: an interval that counts runs as independent does not tell that."""
     results = state.final[number]
     missed = Counter(run.trajectory for run, result in results.items() if not constraint.is_met(state.wish.value(constraint.figure, result)))
     runs = Counter(run.trajectory for run in results)
@@ -334,7 +334,7 @@ def table(heads: list[str], rows: list[list[str]]) -> str:
 
 
 def front_section(state: State, all_judged: list[Judged], number: int | None) -> str:
-    """The front on held-back runs, with intervals."""
+    """The front on held-out runs, with intervals."""
     wish = state.wish
     figures = [one.figure for one in wish.objectives]
     trajectories = state.search.final.trajectories
@@ -360,7 +360,7 @@ def front_section(state: State, all_judged: list[Judged], number: int | None) ->
             [
                 Series("search, feasible", "var(--rule)", [(one.means[0], one.means[1]) for one in feasible], radius_px=3.0),
                 Series(
-                    "held-back runs",
+                    "held-out runs",
                     "var(--s1)",
                     [(one.means[0].value, one.means[1].value) for one in final],
                     [one.means[1].interval for one in final],
@@ -370,7 +370,7 @@ def front_section(state: State, all_judged: list[Judged], number: int | None) ->
             ],
         )
     return (
-        f"<section><h2>Front</h2>{picture}<p class=\"note\">Held-back runs, which the search never saw: {escape(held)}. Means with "
+        f"<section><h2>Front</h2>{picture}<p class=\"note\">Held-out runs, which the search never saw: {escape(held)}. Means with "
         f"{100 * CONFIDENCE:.0f} % intervals of Student's t, which count runs as independent. The search's own means are too good, "
         f"because designs were picked by them.</p>{table(heads, rows)}</section>"
     )

@@ -1,4 +1,4 @@
-"""How sure a front is, given the held-back runs of its designs.
+"""How sure a front is, given the held-out runs of its designs.
 
 Draws of what the runs leave open (parametric bootstrap): a mean from Student's t about the measured one, and the share of runs that keep a
 constraint from the posterior of Jeffreys' prior, Beta(met + 1/2, missed + 1/2). A design counts in the draws where all its shares reach

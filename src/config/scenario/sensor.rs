@@ -150,7 +150,8 @@ sections! {
         ramp_table_uv: Vec<f64>,
         /// Greatest deviation of the ramp from its shape in LSB, in the middle of a bow, -64 to 64.
         ramp_inl_lsb: f64,
-        /// Time constant of the ramp's start in adc_clk clocks, 0 to 1e4: the ramp lags by 1 - exp(-k / constant) of it.
+        /// Time constant of the ramp's start in adc_clk clocks, 0 to 1e4: after k clocks the ramp is
+        /// (1 - exp(-k / constant)) x constant clocks behind.
         ramp_settling_clk: f64,
         /// Noise of the ramp in uV, one draw a conversion, shared by the row's columns, 0 to 1e6.
         ramp_noise_uv: f64,
@@ -162,7 +163,7 @@ sections! {
         supply_ripple_hz: f64,
         /// Noise of the comparator in uV, one draw a conversion and column, besides the read noise, 0 to 1e6.
         comparator_noise_uv: f64,
-        /// Clocks between the ramp's crossing and the comparator's edge, 0 to 1000.
+        /// Clocks between the ramp's crossing and the comparator's output transition, 0 to 1000.
         comparator_delay_clk: u32,
         /// Sigma of that delay over the columns of the die in clocks, 0 to 100.
         comparator_delay_sigma_clk: f64,

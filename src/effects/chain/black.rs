@@ -6,30 +6,30 @@
 
 use super::layout::WindowLayout;
 use super::row::{RowAt, RowBuffers};
-use super::state::{Chain, RowTimes, Shot};
+use super::state::{Chain, ExposureInput, RowTimes};
 use crate::events::Events;
 use crate::num::{index, u64_from};
 
 impl Chain {
     /// Reads the optical-black rows of an exposure, counts the pixels of each effect, and gives what the clamp adds to the codes of
     /// each reading.
-    pub(super) fn black_shifts_dn(&self, shot: &Shot<'_>, events: &mut Events, hits: &mut [u64]) -> Vec<i32> {
+    pub(super) fn black_shifts_dn(&self, input: &ExposureInput<'_>, events: &mut Events, hits: &mut [u64]) -> Vec<i32> {
         let mut shifts_dn = vec![0; self.readings.len()];
         if self.black.rows == 0 {
             return shifts_dn;
         }
-        let mut buffers = self.buffers(shot.photons.width_px());
+        let mut buffers = self.buffers(input.photons.width_px());
         let mut codes = vec![0; buffers.values.len()];
         let read = self.layout.as_ref().map_or_else(|| (0..codes.len()).collect(), WindowLayout::read_columns);
         let mut sums_dn = vec![0_u64; self.readings.len()];
         let together = self.layout.as_ref().map_or(1, WindowLayout::charge_rows_of_one);
         for row in 0..self.black.rows {
-            let times = self.black_times(shot, row);
+            let times = self.black_times(input, row);
             let array_rows = (0..together).map(|place| index(self.black.first_row + row * together + place));
-            let places: Vec<RowAt> = array_rows.map(|array_row| self.at(shot.capture, array_row, times)).collect();
+            let places: Vec<RowAt> = array_rows.map(|array_row| self.at(input.capture, array_row, times)).collect();
             for (number, sum_dn) in sums_dn.iter_mut().enumerate() {
                 self.load_black(number, &places, &mut buffers);
-                self.read_once(number, places[0], shot, &mut buffers, &mut codes, events);
+                self.read_once(number, places[0], input, &mut buffers, &mut codes, events);
                 *sum_dn += read.iter().map(|&column| u64::from(codes[column])).sum::<u64>();
             }
         }
@@ -47,9 +47,9 @@ impl Chain {
     }
 
     /// Times of a black row: the picture's first row's, as many lines earlier as it is read before that one.
-    fn black_times(&self, shot: &Shot<'_>, row: u32) -> RowTimes {
-        let first = shot.times[0];
-        let line_s = shot.times.iter().map(|times| times.readout_s - first.readout_s).find(|step_s| *step_s > 0.0);
+    fn black_times(&self, input: &ExposureInput<'_>, row: u32) -> RowTimes {
+        let first = input.times[0];
+        let line_s = input.times.iter().map(|times| times.readout_s - first.readout_s).find(|step_s| *step_s > 0.0);
         let lines = f64::from(self.black.rows - row);
         RowTimes { readout_s: first.readout_s - lines * line_s.unwrap_or(0.0), ..first }
     }

@@ -9,7 +9,7 @@ impl Chain {
     /// `capture`: shot noise, dark charge, full well and all other selected effects on charge are in, conversion gain, kTC and
     /// read noise are not. Pixels that binning joins stand apart; the first reading's, where there are two.
     pub fn electrons(&self, photons: &Plane<f32>, capture: Capture<'_>, times: &[RowTimes]) -> Plane<f32> {
-        let shot = self.unconverted_shot(photons, capture, times);
+        let input = self.input_without_converters(photons, capture, times);
         let (first_row, first_column) = self.window_origin();
         let mut electrons = Plane::filled(photons.size(), 0.0_f32);
         let width = photons.width_px();
@@ -17,8 +17,8 @@ impl Chain {
             let mut buffers = self.buffers(width);
             for (offset, row_e) in rows.chunks_exact_mut(width).enumerate() {
                 let array_row = first_row + number * ROWS_PER_CHUNK + offset;
-                self.load(&shot, array_row, &mut buffers);
-                self.readings[0].sense(self.at_row(&shot, array_row), self.die_seed, &mut buffers);
+                self.load(&input, array_row, &mut buffers);
+                self.readings[0].sense(self.at_row(&input, array_row), self.die_seed, &mut buffers);
                 row_e.copy_from_slice(&buffers.values[first_column..]);
             }
         };

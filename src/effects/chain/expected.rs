@@ -1,9 +1,9 @@
 //! The rung `expected`: mean and variance of each pixel's code in closed form.
 //!
-//! Patterns of the die and all else that is not drawn in each frame act on the mean as they do on a sample; through what is not linear
-//! among them two points, a sigma above and below, carry mean and variance (exact to the third order of a normal; Julier and
-//! Uhlmann 2004). Draws add their mean and variance: Poisson counts the mean, a binomial loss s the variance s (1 - s) N, a full
-//! well clips a normal. The converters' part is in `adc/expected`. Effects that are in neither `NOT_DRAWN` nor `DRAWN` have no closed form
+//! Patterns of the die and all else that is not drawn in each frame act on the mean as they do on a sample. Where they are not linear,
+//! mean and variance are propagated with two sigma points (exact to the third order of a normal; Julier and Uhlmann 2004). Draws add
+//! their mean and variance: a Poisson draw a variance equal to its mean, a binomial loss s the variance s (1 - s) N; a full well clips
+//! a normal. The converters' part is in `adc/expected`. Effects that are in neither `NOT_DRAWN` nor `DRAWN` have no closed form
 //! here and are refused by name: defects with random draws, traps, clock jitter, and what spreads charge between pixels or frames.
 
 use super::row::{RowAt, RowBuffers};
@@ -71,7 +71,7 @@ impl Chain {
             Err(Error::key("run.rung", "expected", reason))
         };
         let reading = &self.readings[0];
-        let all = self.gathering.iter().map(AsRef::as_ref).chain(reading.effects());
+        let all = self.charge_effects.iter().map(AsRef::as_ref).chain(reading.effects());
         for effect in all {
             let name = effect.name();
             if !NOT_DRAWN.contains(&name) && !DRAWN.contains(&name) {
@@ -128,7 +128,7 @@ impl Chain {
             reset_uv: vec![0.0; buffers.reset.len()],
             reset_variance_uv2: 0.0,
         };
-        for effect in &self.gathering {
+        for effect in &self.charge_effects {
             self.expect(effect.as_ref(), at, buffers, &mut row);
         }
         let sensed = |effect: &&dyn Effect| effect.domain() == crate::effect::Domain::SensedElectrons;

@@ -1,7 +1,7 @@
 //! One output row: loads the array rows that it is made of, reads them, and merges their codes.
 
 use super::layout::{WindowLayout, means};
-use super::state::{Capture, Chain, RowSamples, RowTimes, Shot};
+use super::state::{Capture, Chain, ExposureInput, RowSamples, RowTimes};
 use crate::draw::RowPlace;
 use crate::effect::{Effect, KeptKeys, RowPass};
 use crate::events::{Event, Events};
@@ -61,7 +61,7 @@ impl RowBuffers {
             uniforms: &mut self.uniforms,
             draws: &mut self.draws,
             keys: &self.keys,
-            full_from_e: f32::INFINITY,
+            saturated_from_e: f32::INFINITY,
             idle_px: 0,
         }
     }
@@ -71,12 +71,12 @@ impl RowBuffers {
         &mut self,
         effects: &[Box<dyn Effect>],
         (at, die_seed): (RowAt, u64),
-        full_from_e: f32,
+        saturated_from_e: f32,
         first_counter: usize,
     ) {
         let mut hits = std::mem::take(&mut self.hits);
         let mut pass = self.pass(at, die_seed);
-        pass.full_from_e = full_from_e;
+        pass.saturated_from_e = saturated_from_e;
         for (effect, hits) in effects.iter().zip(&mut hits[first_counter..]) {
             pass.idle_px = 0;
             effect.apply(&mut pass);
@@ -90,26 +90,26 @@ impl Chain {
     /// Codes of one row of the picture.
     pub(super) fn output_row(
         &self,
-        shot: &Shot<'_>,
+        input: &ExposureInput<'_>,
         row: usize,
         buffers: &mut RowBuffers,
         codes: &mut [u16],
         events: &mut Events,
     ) {
         let Some(layout) = &self.layout else {
-            self.read_array_rows(shot, &[row], buffers, codes, events);
+            self.read_array_rows(input, &[row], buffers, codes, events);
             return;
         };
         let mut full = vec![0; layout.buffer_width()];
         if layout.mode() == Some(BinningMode::Average) {
             let mut sums_dn = vec![0; codes.len()];
             for array_row in layout.rows(row) {
-                self.read_array_rows(shot, &[array_row], buffers, &mut full, events);
+                self.read_array_rows(input, &[array_row], buffers, &mut full, events);
                 layout.add_codes(&full, &mut sums_dn);
             }
             means(&sums_dn, layout.pixels_of_one(), codes);
         } else {
-            self.read_array_rows(shot, &layout.charge_rows(row), buffers, &mut full, events);
+            self.read_array_rows(input, &layout.charge_rows(row), buffers, &mut full, events);
             layout.pick(&full, codes);
         }
     }
@@ -123,7 +123,7 @@ impl Chain {
         times: &[RowTimes],
         rows: &[RowIndex],
     ) -> Vec<RowSamples> {
-        let shot = self.unconverted_shot(photons, capture, times);
+        let input = self.input_without_converters(photons, capture, times);
         let read = self.layout.as_ref().map(WindowLayout::read_columns);
         let picked = |row: Vec<f32>| match &read {
             Some(read) => read.iter().filter_map(|&place| row.get(place).copied()).collect(),
@@ -132,24 +132,24 @@ impl Chain {
         let samples = |&row: &RowIndex| {
             let array_rows = self.layout.as_ref().map_or(vec![index(row.0)], |layout| layout.charge_rows(index(row.0)));
             let mut buffers = self.buffers(photons.width_px());
-            self.load_together(0, &shot, &array_rows, &mut buffers);
-            self.readings[0].sample(self.at_row(&shot, array_rows[0]), self.die_seed, &mut buffers);
+            self.load_together(0, &input, &array_rows, &mut buffers);
+            self.readings[0].sample(self.at_row(&input, array_rows[0]), self.die_seed, &mut buffers);
             RowSamples { signal_uv: picked(buffers.values), reset_uv: picked(buffers.reset) }
         };
         rows.iter().map(samples).collect()
     }
 
     /// The electrons of an array row into the buffer: as the effects of the array left them, or gathered now.
-    pub(super) fn load(&self, shot: &Shot<'_>, array_row: usize, buffers: &mut RowBuffers) {
+    pub(super) fn load(&self, input: &ExposureInput<'_>, array_row: usize, buffers: &mut RowBuffers) {
         let (first_row, first_column) = self.window_origin();
         let row = array_row - first_row;
         let (outside, inside) = buffers.values.split_at_mut(first_column);
         outside.fill(0.0);
-        if let Some(charge_e) = &shot.charge_e {
+        if let Some(charge_e) = &input.charge_e {
             inside.copy_from_slice(charge_e.row(row));
         } else {
-            inside.copy_from_slice(shot.photons.row(row));
-            self.gather(self.at(shot.capture, array_row, shot.times[row]), buffers);
+            inside.copy_from_slice(input.photons.row(row));
+            self.gather(self.at(input.capture, array_row, input.times[row]), buffers);
         }
     }
 
@@ -157,46 +157,46 @@ impl Chain {
     /// several.
     fn read_array_rows(
         &self,
-        shot: &Shot<'_>,
+        input: &ExposureInput<'_>,
         array_rows: &[usize],
         buffers: &mut RowBuffers,
         codes: &mut [u16],
         events: &mut Events,
     ) {
         let Some(merge) = &self.merge else {
-            self.load_together(0, shot, array_rows, buffers);
-            self.read_once(0, self.at_row(shot, array_rows[0]), shot, buffers, codes, events);
+            self.load_together(0, input, array_rows, buffers);
+            self.read_once(0, self.at_row(input, array_rows[0]), input, buffers, codes, events);
             return;
         };
         let mut read = std::mem::take(&mut buffers.codes);
         for (number, codes) in read.iter_mut().enumerate() {
             codes.resize(buffers.values.len(), 0);
-            self.load_together(number, shot, array_rows, buffers);
-            self.read_once(number, self.at_row(shot, array_rows[0]), shot, buffers, codes, events);
+            self.load_together(number, input, array_rows, buffers);
+            self.read_once(number, self.at_row(input, array_rows[0]), input, buffers, codes, events);
         }
         let rows: Vec<&[u16]> = read.iter().map(Vec::as_slice).collect();
         merge.merge_row(&rows, codes);
         buffers.codes = read;
     }
 
-    pub(super) fn at_row(&self, shot: &Shot<'_>, array_row: usize) -> RowAt {
-        self.at(shot.capture, array_row, shot.times[array_row - self.window_origin().0])
+    pub(super) fn at_row(&self, input: &ExposureInput<'_>, array_row: usize) -> RowAt {
+        self.at(input.capture, array_row, input.times[array_row - self.window_origin().0])
     }
 
     /// Electrons at the sense node into the buffer: of one array row, or of several whose charges meet there.
-    fn load_together(&self, number: usize, shot: &Shot<'_>, array_rows: &[usize], buffers: &mut RowBuffers) {
+    fn load_together(&self, number: usize, input: &ExposureInput<'_>, array_rows: &[usize], buffers: &mut RowBuffers) {
         let reading = &self.readings[number];
         let Some(layout) = self.charge_binning() else {
-            self.load(shot, array_rows[0], buffers);
-            reading.sense(self.at_row(shot, array_rows[0]), self.die_seed, buffers);
+            self.load(input, array_rows[0], buffers);
+            reading.sense(self.at_row(input, array_rows[0]), self.die_seed, buffers);
             return;
         };
         let mut sums_e = std::mem::take(&mut buffers.charge_e);
         sums_e.clear();
         sums_e.resize(buffers.values.len(), 0.0);
         for &array_row in array_rows {
-            self.load(shot, array_row, buffers);
-            reading.sense(self.at_row(shot, array_row), self.die_seed, buffers);
+            self.load(input, array_row, buffers);
+            reading.sense(self.at_row(input, array_row), self.die_seed, buffers);
             layout.add_charges(&buffers.values, &mut sums_e);
         }
         buffers.values.copy_from_slice(&sums_e);
@@ -208,18 +208,18 @@ impl Chain {
         &self,
         number: usize,
         at: RowAt,
-        shot: &Shot<'_>,
+        input: &ExposureInput<'_>,
         buffers: &mut RowBuffers,
         codes: &mut [u16],
         events: &mut Events,
     ) {
-        let (reading, columns) = (&self.readings[number], &shot.columns[number]);
+        let (reading, columns) = (&self.readings[number], &input.columns[number]);
         reading.sample(at, self.die_seed, buffers);
         reading.convert(columns, buffers, codes, events);
         if number == 0 {
             self.count_others(events);
         }
-        shift_row(codes, shot.shifts_dn[number], reading.parameters.adc.code_max());
+        shift_row(codes, input.shifts_dn[number], reading.parameters.adc.code_max());
     }
 
     /// The layout where charges of several pixels become one.

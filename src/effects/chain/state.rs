@@ -12,7 +12,7 @@ use crate::units::{CameraIndex, FrameIndex};
 /// Rows that one task takes. Fixed, so that work is cut the same way on any number of threads.
 pub(super) const ROWS_PER_CHUNK: usize = 16;
 
-/// Exposure and wait of one row.
+/// Exposure, storage and readout times of one row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RowTimes {
     /// Exposure in seconds.
@@ -28,8 +28,8 @@ pub struct Chain {
     /// What pixel and converters are set to, at the higher gain.
     pub(super) parameters: Parameters,
     /// Chosen effects up to the charge of the array, in physical order.
-    pub(super) gathering: Vec<Box<dyn Effect>>,
-    /// One a conversion gain, the most sensitive first.
+    pub(super) charge_effects: Vec<Box<dyn Effect>>,
+    /// One for each conversion gain, the most sensitive first.
     pub(super) readings: Vec<Reading>,
     /// How the codes of several readings become one.
     pub(super) merge: Option<HdrMerge>,
@@ -39,8 +39,8 @@ pub struct Chain {
     /// Seed of the run.
     pub(super) seed: u64,
     pub(super) die_seed: u64,
-    /// Electrons from which on a pixel ends at its full well for every draw; infinite where no effect clips there.
-    pub(super) full_from_e: f32,
+    /// Charge in electrons from which on a pixel clips at its full well whatever is drawn; infinite where no effect clips there.
+    pub(super) saturated_from_e: f32,
 }
 
 /// Which exposure is captured.
@@ -71,7 +71,7 @@ pub struct Captured {
     pub events: Events,
     /// Electrons that stay in the array for the next frame, where an effect leaves some.
     pub charge_e: Option<Plane<f32>>,
-    /// Over how many pixels each effect ran, optical-black rows and every reading counted: pixels for which it had nothing to do are not.
+    /// Over how many pixels each effect ran, with optical-black rows and every reading, and without pixels that it did not change.
     /// In physical order.
     pub hits: Vec<(&'static str, u64)>,
 }
@@ -85,8 +85,8 @@ pub struct RowSamples {
     pub reset_uv: Vec<f32>,
 }
 
-/// One exposure on its way to codes.
-pub(super) struct Shot<'a> {
+/// Photons, electrons and times of one exposure, from which its codes are read.
+pub(super) struct ExposureInput<'a> {
     /// Mean photons of the window.
     pub(super) photons: &'a Plane<f32>,
     /// Electrons of the window, where effects of the array made them.
@@ -118,7 +118,7 @@ pub struct BlackRows {
     pub clamp: bool,
 }
 
-/// A conversion gain with everything behind it.
+/// A readout of the charge at one conversion gain: its effects and its converter.
 pub(super) struct Reading {
     pub parameters: Parameters,
     /// Effects on sensed electrons and on microvolts, in physical order.

@@ -14,7 +14,7 @@ named! {
         Electrons = "electrons",
         /// Codes as they leave the readout.
         Codes = "codes",
-        /// Features as they leave the extractor.
+        /// Features that the sensor sends; where it sends pictures alone, those of the host's extractor.
         Features = "features",
         /// Photons of each band at every pixel, before its filter.
         Colour = "colour",

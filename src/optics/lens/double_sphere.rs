@@ -3,7 +3,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::projection::{Projected, RIM, denominator, depth_of, limit, over};
+use super::projection::{Projected, RIM, denominator, depth_of, over, rim_depth_ratio};
 use crate::num::greater;
 
 /// Its two parameters beside the intrinsics.
@@ -31,7 +31,7 @@ impl DoubleSphere {
         if !self.is_sound() {
             return 0.0;
         }
-        let (w, xi) = (limit(self.alpha), self.xi);
+        let (w, xi) = (rim_depth_ratio(self.alpha), self.xi);
         let sine = greater(1.0 - w * w, 0.0).sqrt();
         let length = (w * w * xi * xi + 1.0 - xi * xi).sqrt() - w * xi;
         libm::atan2(length * sine, -length * w - xi)
@@ -46,7 +46,7 @@ impl DoubleSphere {
         let second = (point.x * point.x + point.y * point.y + z * z).sqrt();
         // False for NaN.
         let denominator = denominator(self.alpha, second, z, point.x * point.x + point.y * point.y);
-        if !(z > -(limit(self.alpha) + RIM) * second && denominator > 0.0) {
+        if !(z > -(rim_depth_ratio(self.alpha) + RIM) * second && denominator > 0.0) {
             return None;
         }
         let z_gradient = point * (self.xi / first) + DVec3::Z;

@@ -3,7 +3,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::projection::{Projected, RIM, denominator, depth_of, limit, over};
+use super::projection::{Projected, RIM, denominator, depth_of, over, rim_depth_ratio};
 use crate::num::greater;
 
 /// Its two parameters beside the intrinsics.
@@ -25,16 +25,16 @@ impl Eucm {
         if !self.is_sound() {
             return 0.0;
         }
-        let w = limit(self.alpha);
+        let w = rim_depth_ratio(self.alpha);
         libm::atan2(greater(1.0 - w * w, 0.0).sqrt(), -w * self.beta.sqrt())
     }
 
     pub(super) fn project(&self, point: DVec3, scale: [f64; 2]) -> Option<Projected> {
-        let aside2 = self.beta * (point.x * point.x + point.y * point.y);
-        let distance = (aside2 + point.z * point.z).sqrt();
-        let denominator = denominator(self.alpha, distance, point.z, aside2);
+        let scaled_rho2 = self.beta * (point.x * point.x + point.y * point.y);
+        let distance = (scaled_rho2 + point.z * point.z).sqrt();
+        let denominator = denominator(self.alpha, distance, point.z, scaled_rho2);
         // False for NaN.
-        let is_inside = point.z > -(limit(self.alpha) + RIM) * distance && denominator > 0.0;
+        let is_inside = point.z > -(rim_depth_ratio(self.alpha) + RIM) * distance && denominator > 0.0;
         if !(distance.is_normal() && self.is_sound() && is_inside) {
             return None;
         }

@@ -16,7 +16,7 @@ pub(super) type Projected = (DVec2, ProjectionJacobian);
 
 /// Depth over the distance `d` of [`denominator`] at which the pinhole's rays touch the sphere or ellipsoid (alpha above 1/2) or run along
 /// the plane, negated; the double sphere's w1.
-pub(super) fn limit(alpha: f64) -> f64 {
+pub(super) fn rim_depth_ratio(alpha: f64) -> f64 {
     if alpha <= 0.5 { alpha / (1.0 - alpha) } else { (1.0 - alpha) / alpha }
 }
 

@@ -70,13 +70,13 @@ pub fn around(at: usize, width: usize, count: usize) -> impl Iterator<Item = usi
 
 /// Squared contrast of a pixel to the eight around it: their variance, plus half the squared difference between their mean and the pixel.
 /// The second value is the mean variance that the last doubling removed from those eight.
-fn contrast2(seen: &[FirstBatch], width: usize, at: usize) -> (f32, f32) {
+fn contrast2(first_batches: &[FirstBatch], width: usize, at: usize) -> (f32, f32) {
     let (mut sum, mut squares, mut removed_variance, mut count) = (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
-    for other in around(at, width, seen.len()).filter(|other| *other != at) {
-        let difference = seen[other].photons - seen[at].photons;
+    for other in around(at, width, first_batches.len()).filter(|other| *other != at) {
+        let difference = first_batches[other].photons - first_batches[at].photons;
         sum += difference;
         squares += difference * difference;
-        removed_variance += seen[other].removed_variance;
+        removed_variance += first_batches[other].removed_variance;
         count += 1.0;
     }
     let per = if count > 0.0 { 1.0 / count } else { 0.0 };
@@ -93,11 +93,11 @@ const SURE_SIGMAS: f32 = 3.0;
 /// two pixels. With probability 1 / (2 n) it lies in the share 1 / n of a pixel that the samples missed. The error is then uniform up to
 /// c / n, with the mean square (c / n)^2 / 3. Together that is c^2 / (6 n^3). The contrast is that of samples, not of pixels: slits of sky
 /// are thinner than a pixel.
-pub fn missed_variance(seen: &[FirstBatch], width: usize, at: usize) -> f32 {
+pub fn missed_variance_n3(first_batches: &[FirstBatch], width: usize, at: usize) -> f32 {
     let mut most = 0.0_f32;
-    for other in around(at, width, seen.len()) {
-        let difference = seen[other].photons - seen[at].photons;
-        let within = PER_SPREAD * seen[other].spread;
+    for other in around(at, width, first_batches.len()) {
+        let difference = first_batches[other].photons - first_batches[at].photons;
+        let within = PER_SPREAD * first_batches[other].spread;
         let contrast2 = if difference * difference > within { difference * difference } else { within };
         most = if contrast2 > most { contrast2 } else { most };
     }
@@ -120,20 +120,21 @@ const MEAN_DIFFERENCE_WEIGHT: f32 = 0.5;
 /// calibrate how much variance a contrast to the neighbours leaves. A pixel whose halves agree by chance would claim to be exact, so only
 /// the halves of its neighbours count, its contrast, and the bound on what it missed. Pixels that were not sampled are dark.
 pub fn first_estimates(
-    seen: &[FirstBatch],
+    first_batches: &[FirstBatch],
     width: usize,
     samples: u32,
     saturation_photons: f32,
     is_sampled: impl Fn(usize) -> bool,
 ) -> Vec<Estimate> {
     let one = |at: usize| {
-        let (contrast2, removed_variance) = contrast2(seen, width, at);
-        (contrast2, removed_variance, missed_variance(seen, width, at))
+        let (contrast2, removed_variance) = contrast2(first_batches, width, at);
+        (contrast2, removed_variance, missed_variance_n3(first_batches, width, at))
     };
-    let rows: Vec<Vec<_>> = collected(seen.len() / width, |row| (row * width..(row + 1) * width).map(one).collect());
+    let rows: Vec<Vec<_>> =
+        collected(first_batches.len() / width, |row| (row * width..(row + 1) * width).map(one).collect());
     // Ratio of the remaining variance, estimated from halves, to the squared contrasts.
     let (mut remaining_sum, mut contrast2_sum) = (0.0_f64, 0.0_f64);
-    for (at, (pixel, (contrast2, ..))) in seen.iter().zip(rows.iter().flatten()).enumerate() {
+    for (at, (pixel, (contrast2, ..))) in first_batches.iter().zip(rows.iter().flatten()).enumerate() {
         if pixel.photons > 0.0 && pixel.photons < saturation_photons && is_sampled(at) {
             remaining_sum += f64::from(LEFT_TYPICAL * pixel.removed_variance / pixel.photons);
             contrast2_sum += f64::from(*contrast2 / pixel.photons);
@@ -155,15 +156,15 @@ pub fn first_estimates(
         }
         Estimate { photons: pixel.photons, variance, samples, stage: Stage::First }
     };
-    seen.iter().zip(rows.iter().flatten()).enumerate().map(of).collect()
+    first_batches.iter().zip(rows.iter().flatten()).enumerate().map(of).collect()
 }
 
 /// Steps of the table of gains: quarters of an octave.
 const STEPS: usize = 1 << 10;
 /// Low bits of a gain that are not part of its step's number.
 const BELOW: u32 = 21;
-/// The variance of a pixel falls as n^-FALL, as in `fallen`.
-const FALL: f64 = 1.5;
+/// The variance of a pixel falls as n^-VARIANCE_EXPONENT, as in `fallen`.
+const VARIANCE_EXPONENT: f64 = 1.5;
 
 /// Sums over the pixels of a step of gains.
 #[derive(Clone, Copy, Default)]
@@ -204,7 +205,8 @@ pub fn least_gain(estimates: &[Estimate], target: f64, spare: f64, saturation_ph
     if all <= allowed {
         return None;
     }
-    // Variance that remains if all pixels above a step are brought down to it. Variance falls as n^-FALL, gain as n^-(FALL + 1).
+    // Variance that remains if all pixels above a step are brought down to it.
+    // Variance falls as n^-VARIANCE_EXPONENT, gain as n^-(VARIANCE_EXPONENT + 1).
     let remaining_after = |least: usize| {
         let gain = |step: usize| f64::from(f32::from_bits(u32_from(step) << BELOW));
         let mut remaining = 0.0;
@@ -213,7 +215,7 @@ pub fn least_gain(estimates: &[Estimate], target: f64, spare: f64, saturation_ph
                 remaining += step.few + step.many;
                 continue;
             }
-            let times = libm::pow(gain(number) / gain(least), 1.0 / (1.0 + FALL));
+            let times = libm::pow(gain(number) / gain(least), 1.0 / (1.0 + VARIANCE_EXPONENT));
             let of_few = crate::num::greater(f64::from(INITIAL_SAMPLES), f64::from(FIRST_BATCH_WEIGHT) * times);
             remaining += step.few_at_one * fallen(of_few) + step.many * fallen(times);
         }
@@ -257,7 +259,7 @@ mod tests {
             let level = f64::from(least_gain(&estimates, target, 0.0, f32::INFINITY).unwrap());
             let after = |estimate: &Estimate| {
                 let (ratio, gain) = (f64::from(estimate.ratio()), f64::from(estimate.marginal_gain()));
-                let times = if gain > level { libm::pow(gain / level, 1.0 / (1.0 + FALL)) } else { 1.0 };
+                let times = if gain > level { libm::pow(gain / level, 1.0 / (1.0 + VARIANCE_EXPONENT)) } else { 1.0 };
                 ratio / (times * times.sqrt())
             };
             let mean = estimates.iter().map(after).sum::<f64>() / 5_000.0;
@@ -282,18 +284,18 @@ mod tests {
     /// Three by three pixels of four samples each that saw as much, the middle one's within its own spread.
     fn with_spread(photons: f32, spread: f32) -> Vec<FirstBatch> {
         let uniform = FirstBatch { photons, ..FirstBatch::NONE };
-        let mut seen = vec![uniform; 9];
-        seen[4] =
+        let mut first_batches = vec![uniform; 9];
+        first_batches[4] =
             FirstBatch { removed_variance: 0.25 * spread, removed_variance_before: 0.75 * spread, spread, ..uniform };
-        seen
+        first_batches
     }
 
     #[test]
     fn a_pixel_of_which_most_samples_met_a_lamp_may_be_below_saturation() {
         // Three of four samples of 40,000: the mean's own sigma is 40,000 sqrt(3 / 64) = 8,660, three of which reach below 10,000.
-        let mut seen = with_spread(40_000.0, 40_000.0 * 40_000.0 * 3.0 / 16.0);
-        seen[4].photons = 30_000.0;
-        let estimates = first_estimates(&seen, 3, 4, 10_000.0, |_| true);
+        let mut first_batches = with_spread(40_000.0, 40_000.0 * 40_000.0 * 3.0 / 16.0);
+        first_batches[4].photons = 30_000.0;
+        let estimates = first_estimates(&first_batches, 3, 4, 10_000.0, |_| true);
         assert!(estimates[4].may_count(10_000.0), "{:?}", estimates[4]);
         assert!(!estimates[0].counts(10_000.0));
     }

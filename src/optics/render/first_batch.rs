@@ -96,7 +96,7 @@ impl Quarters {
 
     /// Statistics of one lane.
     #[inline(always)]
-    pub fn seen(&self, lane: usize, nearest: Nearest) -> FirstBatch {
+    pub fn of_lane(&self, lane: usize, nearest: Nearest) -> FirstBatch {
         let ((a, of_a), (b, of_b)) = (self.mean([0, 1], lane), self.mean([2, 3], lane));
         let all = of_a + of_b;
         let difference = a - b;
@@ -110,9 +110,9 @@ impl Quarters {
 }
 
 /// Mean over pixels that are lit and below saturation of their variance over their photons, after as many samples for each.
-pub fn variance_ratio(seen: &[FirstBatch], samples: u32, saturation_photons: f32) -> f64 {
+pub fn variance_ratio(first_batches: &[FirstBatch], samples: u32, saturation_photons: f32) -> f64 {
     let (mut removed_sum, mut before_sum, mut pixels) = (0.0, 0.0, 0);
-    for pixel in seen.iter().filter(|pixel| pixel.photons > 0.0 && pixel.photons < saturation_photons) {
+    for pixel in first_batches.iter().filter(|pixel| pixel.photons > 0.0 && pixel.photons < saturation_photons) {
         removed_sum += f64::from(pixel.removed_variance / pixel.photons);
         before_sum += f64::from(pixel.removed_variance_before / pixel.photons);
         pixels += 1;

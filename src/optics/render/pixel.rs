@@ -3,7 +3,7 @@
 //! The samples are prefixes of one scrambled Sobol' sequence over the points of the surface that the pixel passes (`shear`), so a
 //! doubling keeps what is there. Their variance at an edge falls as 1 / n^1.5, and as 1 / n^2 where the edge is upright or level.
 
-use super::allocation::{INITIAL_SAMPLES, missed_variance};
+use super::allocation::{INITIAL_SAMPLES, missed_variance_n3};
 use super::first_batch::{FirstBatch, Nearest};
 use super::frame::{FrameRender, share};
 use super::objects::{Instants, Objects};
@@ -52,27 +52,28 @@ impl StoppingRule {
 
 impl FrameRender<'_> {
     /// Refines pixels until a rule has enough.
-    pub fn refine(&self, refined: &mut [PixelSamples], seen: &[FirstBatch], rule: &StoppingRule) {
+    pub fn refine(&self, refined: &mut [PixelSamples], first_batches: &[FirstBatch], rule: &StoppingRule) {
         over_chunks(refined, CHUNK, |_, refined| {
             let mut stack = Stack::new();
             for pixel_samples in refined {
                 if pixel_samples.samples == 0 {
-                    pixel_samples.missed_variance = missed_variance(seen, self.width(), pixel_samples.at);
+                    pixel_samples.missed_variance_n3 =
+                        missed_variance_n3(first_batches, self.width(), pixel_samples.at);
                 } else if pixel_samples.samples >= rule.samples || rule.is_enough(pixel_samples) {
                     continue;
                 }
-                self.refine_pixel(OF_REFINED, pixel_samples, seen, rule, &mut stack);
+                self.refine_pixel(OF_REFINED, pixel_samples, first_batches, rule, &mut stack);
             }
         });
     }
 
-    /// Doubles a pixel's samples, which are named by `kind`, a mark of keys, until a rule has enough. Its edges belong to the nearest
-    /// surface that it or one of the four pixels beside it met.
+    /// Doubles a pixel's samples, which are named by `kind`, a mark of keys, until a rule has enough. They are sheared along the motion
+    /// of the nearest surface that this pixel or one of its four neighbours met.
     pub fn refine_pixel(
         &self,
         kind: u64,
         pixel_samples: &mut PixelSamples,
-        seen: &[FirstBatch],
+        first_batches: &[FirstBatch],
         rule: &StoppingRule,
         stack: &mut Stack,
     ) {
@@ -84,16 +85,18 @@ impl FrameRender<'_> {
             y.saturating_sub(1) * width + x,
             (y + 1).min(self.shutter.len() - 1) * width + x,
         ];
-        let nearest = beside.into_iter().fold(seen[at].nearest, |nearest, other| nearest.or(seen[other].nearest));
+        let nearest = beside
+            .into_iter()
+            .fold(first_batches[at].nearest, |nearest, other| nearest.or(first_batches[other].nearest));
         let key = self.sampling.key.with(u64_from(y)).with(u64_from(x) | kind);
-        let pixel = Pixel { picture: self, timeline: &self.timelines[y / ROWS], at: [x, y], key };
+        let pixel = Pixel { frame: self, timeline: &self.timelines[y / ROWS], at: [x, y], key };
         dispatch(Refinement { pixel, pixel_samples, nearest, rule, stack });
     }
 }
 
 /// What all samples of a pixel share.
 struct Pixel<'a> {
-    picture: &'a FrameRender<'a>,
+    frame: &'a FrameRender<'a>,
     /// How the camera moves over the exposure of the row and its neighbours.
     timeline: &'a Timeline,
     /// Column and row.
@@ -107,7 +110,7 @@ impl Pixel<'_> {
     fn velocity_px(&self, pixels: &PacketPixels, Nearest { distance_m, object }: Nearest) -> [f32; 2] {
         let timeline = match object.checked_sub(1) {
             None => self.timeline,
-            Some(number) => &self.picture.objects[index(number)].timelines[self.at[1] / ROWS],
+            Some(number) => &self.frame.objects[index(number)].timelines[self.at[1] / ROWS],
         };
         if timeline.is_still || pixels.t_max.0[0] < 0.0 {
             return [0.0; 2];
@@ -142,7 +145,7 @@ impl Pixel<'_> {
         shares: &SampleShare,
         stack: &mut Stack,
     ) -> Floats {
-        let Self { picture: FrameRender { view, objects, lamp_levels, .. }, timeline, at, .. } = self;
+        let Self { frame: FrameRender { view, objects, lamp_levels, .. }, timeline, at, .. } = self;
         let [_, _, t] = sheared.place;
         let mut levels = [1.0; LANES];
         if !view.scene.is_steady() {
@@ -199,9 +202,9 @@ impl Kernel for Refinement<'_> {
     #[inline(always)]
     fn run(self) {
         let Self { pixel, pixel_samples, nearest, rule, stack } = self;
-        let Pixel { picture, at: [x, y], key, .. } = pixel;
+        let Pixel { frame, at: [x, y], key, .. } = pixel;
         let mut pixels = PacketPixels { facet_seeds: [low_u32(mix(key.0) >> 32); LANES], ..PacketPixels::NONE };
-        pixels.set(0..LANES, picture.view.camera, [x, y], &picture.photons_per_lux(x, y));
+        pixels.set(0..LANES, frame.view.camera, [x, y], &frame.photons_per_lux(x, y));
         let velocity_px = pixel.velocity_px(&pixels, nearest);
         let seeds = [key.0, key.0 >> 32, mix(key.0)].map(low_u32);
         while pixel_samples.samples < rule.samples && !(pixel_samples.samples > 0 && rule.is_enough(pixel_samples)) {

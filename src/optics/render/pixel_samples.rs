@@ -21,7 +21,7 @@ pub struct PixelSamples {
     /// Estimate of the variance that the last doubling removed, from the last doubling and those before it.
     pub removed_variance: f32,
     /// Bound on the variance of a feature that no sample met, times the cube of the number of samples.
-    pub missed_variance: f32,
+    pub missed_variance_n3: f32,
 }
 
 /// An edge of contrast c leaves c^2 / 600 (slanting) to c^2 / 1,600 (upright) after sixteen samples, of samples whose spread is c^2 /
@@ -40,8 +40,8 @@ pub const OF_BEFORE: f32 = 0.5 * 0.353_553_4;
 
 impl PixelSamples {
     /// What they say of the pixel, which has more samples of a first batch.
-    pub fn estimate(&self, first_batch: u32) -> Estimate {
-        let samples = first_batch + self.samples;
+    pub fn estimate(&self, first_batch_samples: u32) -> Estimate {
+        let samples = first_batch_samples + self.samples;
         Estimate { photons: self.photons, variance: self.variance(), samples, stage: Stage::Refined }
     }
 
@@ -66,7 +66,7 @@ impl PixelSamples {
         let contrast = if self.spread > 0.0 { self.root_fourth_moment / self.spread.sqrt() } else { 0.0 };
         0.5 * (resolved + LEFT_TYPICAL * self.removed_variance)
             + OF_ONE * (contrast * contrast) / (n * n)
-            + self.missed_variance / (n * n * n)
+            + self.missed_variance_n3 / (n * n * n)
     }
 }
 
@@ -123,7 +123,7 @@ mod tests {
         assert_eq!(samples_of_pixel.variance(), 0.25 * 400.0 / 512.0);
         let without_edge = PixelSamples { root_fourth_moment: 0.0, ..samples_of_pixel };
         assert_eq!(without_edge.variance(), 0.0);
-        assert!(PixelSamples { missed_variance: 64.0, ..without_edge }.variance() > 0.0);
+        assert!(PixelSamples { missed_variance_n3: 64.0, ..without_edge }.variance() > 0.0);
     }
 
     #[test]

@@ -43,15 +43,15 @@ impl View<'_> {
     pub fn shade(&self, met: &Met, aim: &Aim, filter: &Filter, stack: &mut Stack) -> ([Floats; BANDS], bool) {
         let (mut lux, mut is_glossy) = dispatch(Shading { view: self, traced: &met.fixed, aim, filter, stack });
         for ObjectHits { object, traced, pose } in &met.objects {
-            let seen = &aim.objects.all[*object];
+            let object_in_view = &aim.objects.all[*object];
             let mut gathered = None;
-            let motion = aim.objects.instants.of(&seen.timelines[aim.objects.group], &mut gathered);
+            let motion = aim.objects.instants.of(&object_in_view.timelines[aim.objects.group], &mut gathered);
             let aim = &Aim { motion, objects: Objects { all: &[], ..aim.objects }, ..*aim };
             let filter = &match *filter {
                 Filter::Primary { bearing, .. } => Filter::Primary { bearing, pose },
                 Filter::Reflected { width_m, .. } => Filter::Reflected { width_m, pose },
             };
-            let view = &View { scene: &seen.lit, ..*self };
+            let view = &View { scene: &object_in_view.lit, ..*self };
             let (own, keeps_image) = dispatch(Shading { view, traced, aim, filter, stack });
             is_glossy |= keeps_image;
             let lanes = Floats::splat(0.0).below(traced.packet.t_max);

@@ -4,7 +4,7 @@
 //! states the error. Pixels are drawn in proportion to their estimated error and weighted by the inverse of that probability (Hansen
 //! and Hurwitz 1943): the estimates decide how precise the statement is, not what it states.
 
-use super::allocation::{Estimate, INITIAL_SAMPLES, Stage, around, missed_variance};
+use super::allocation::{Estimate, INITIAL_SAMPLES, Stage, around, missed_variance_n3};
 use super::first_batch::FirstBatch;
 use super::frame::FrameRender;
 use super::pixel::{OF_REFINED, StoppingRule};
@@ -87,13 +87,13 @@ fn claim(estimates: &[Estimate], width: usize, at: usize, saturation_photons: f3
     })
 }
 
-/// The mean of squared error over photons of all pixels that count, from what replicates `seen` of some saw. Those of refined pixels have
-/// as many samples as these: half the squared difference is the variance. Those of the other pixels are finer pairs A and B: (S - A)(S -
+/// The mean of squared error over photons of all pixels that count, from what replicates of some, `others`, give. Those of refined pixels
+/// have as many samples as these: half the squared difference is the variance. Those of the other pixels are finer pairs A and B: (S - A)(S -
 /// B) has the bias of S too.
 pub fn variance_ratio(
     estimates: &[Estimate],
     replicates: &[Replicate],
-    seen: &[[f32; 2]],
+    others: &[[f32; 2]],
     saturation_photons: f32,
 ) -> f64 {
     let pixels = estimates.iter().filter(|estimate| estimate.counts(saturation_photons)).count();
@@ -105,7 +105,7 @@ pub fn variance_ratio(
         let mean = 0.5 * own + 0.25 * (a + b);
         if mean > 0.0 { replicate.weight * share * (own - a) * (own - b) / mean } else { 0.0 }
     };
-    let sum: f64 = replicates.iter().zip(seen).map(of).sum();
+    let sum: f64 = replicates.iter().zip(others).map(of).sum();
     if pixels == 0 { 0.0 } else { greater(sum / f64_from_usize(pixels), 0.0) }
 }
 
@@ -116,8 +116,8 @@ impl FrameRender<'_> {
         &self,
         replicates: &[Replicate],
         estimates: &[Estimate],
-        seen: &[FirstBatch],
-        first_batch: u32,
+        first_batches: &[FirstBatch],
+        first_batch_samples: u32,
         rule: &StoppingRule,
     ) -> (Vec<[f32; 2]>, u64) {
         let mut all = vec![([0.0; 2], 0); replicates.len()];
@@ -126,15 +126,15 @@ impl FrameRender<'_> {
             for (found, &Replicate { at, .. }) in some.iter_mut().zip(&replicates[chunk * CHUNK..]) {
                 let mut replicate_of = |kind: u64, samples: u32| {
                     let rule = StoppingRule { samples, least_gain: None, saturation_photons: f32::INFINITY, ..*rule };
-                    let missed_variance = missed_variance(seen, self.width(), at);
-                    let mut pixel_samples = PixelSamples { at, missed_variance, ..PixelSamples::default() };
-                    self.refine_pixel(OF_REFINED | kind, &mut pixel_samples, seen, &rule, &mut stack);
+                    let missed_variance_n3 = missed_variance_n3(first_batches, self.width(), at);
+                    let mut pixel_samples = PixelSamples { at, missed_variance_n3, ..PixelSamples::default() };
+                    self.refine_pixel(OF_REFINED | kind, &mut pixel_samples, first_batches, &rule, &mut stack);
                     (pixel_samples.photons, u64::from(pixel_samples.samples))
                 };
                 *found = match estimates[at].stage {
                     Stage::Refined => {
                         // A given number has rays beside it, which a replicate chooses for itself.
-                        let grown = estimates[at].samples - first_batch;
+                        let grown = estimates[at].samples - first_batch_samples;
                         let samples = if rule.share.is_some() { rule.samples } else { grown };
                         let (photons, rays) = replicate_of(OF_REPLICATE, samples);
                         ([photons; 2], rays)

@@ -196,8 +196,8 @@ impl Kernel for ObjectShadows<'_, '_> {
     fn run(self) -> [Floats; BANDS] {
         let Self { surface, pose, stack } = self;
         let Objects { all, group, instants } = surface.aim.objects;
-        let Traced { hits, packet: seen } = surface.traced;
-        let at_m = unrolled!(AXIS in 3 => seen.origin_m[AXIS] + seen.direction[AXIS] * hits.t);
+        let Traced { hits, packet: camera_rays } = surface.traced;
+        let at_m = unrolled!(AXIS in 3 => camera_rays.origin_m[AXIS] + camera_rays.direction[AXIS] * hits.t);
         let none = Floats::splat(0.0);
         let mut added = [none; BANDS];
         let (middle_m, reach_m) = ball_around(&at_m, surface.lanes);
@@ -221,7 +221,7 @@ impl Kernel for ObjectShadows<'_, '_> {
         while rest != 0 {
             let lane = next_lane(&mut rest);
             let at = [at_m[0].0[lane], at_m[1].0[lane], at_m[2].0[lane]];
-            let [x, y, z] = [0, 1, 2].map(|axis| seen.direction[axis].0[lane] * plane[axis]);
+            let [x, y, z] = [0, 1, 2].map(|axis| camera_rays.direction[axis].0[lane] * plane[axis]);
             let normal = if x + y + z > 0.0 { plane.map(|x| -x) } else { plane };
             let lux = surface.shadows.towards().lux_at(at, normal);
             let number = fifth(surface.aim.numbers[lane], surface.seeds[lane], OF_SOURCES);

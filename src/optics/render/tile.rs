@@ -19,15 +19,15 @@ use crate::simd::{Kernel, dispatch};
 
 impl FrameRender<'_> {
     /// The first batch of every pixel, of `count` samples.
-    pub fn first_batch(&self, count: u32) -> Vec<FirstBatch> {
+    pub fn render_first_batch(&self, count: u32) -> Vec<FirstBatch> {
         let Sampling { subframes, samples_per_pixel, key, .. } = self.sampling;
         // A still picture is filtered for itself, and not along the motion.
         let [pixel, exposure] = if subframes > 0 { [share(samples_per_pixel), 0.0] } else { [share(count); 2] };
         let shares = SampleShare::new(pixel, exposure);
         let strata_log2 = count.ilog2().min(SHARED_BITS);
         let strata = if subframes > 0 { index(subframes) } else { 1 << strata_log2 };
-        let mut seen = vec![FirstBatch::NONE; self.width() * self.shutter.len()];
-        over_chunks(&mut seen, self.width() * ROWS, |group, seen| {
+        let mut first_batches = vec![FirstBatch::NONE; self.width() * self.shutter.len()];
+        over_chunks(&mut first_batches, self.width() * ROWS, |group, first_batches| {
             let row_of = rows_of(group, self.shutter.len());
             let levels = |stratum: usize| {
                 let of_row = row_of.map(|row| lamp_level(&self.view, self.shutter[row], stratum, strata));
@@ -35,7 +35,7 @@ impl FrameRender<'_> {
             };
             let lamp_levels: Vec<[f32; LANES]> = (0..strata).map(levels).collect();
             dispatch(Rows {
-                picture: self,
+                frame: self,
                 group,
                 lamp_levels: &lamp_levels,
                 photons_per_lux: row_of.map(|row| std::array::from_fn(|column| self.photons_per_lux(column, row))),
@@ -43,20 +43,20 @@ impl FrameRender<'_> {
                 count,
                 shares: &shares,
                 strata_log2,
-                seen,
+                first_batches,
             });
         });
         if let Some(kept) = &self.kept {
             let photons = kept.photons.values().iter().enumerate().filter(|(at, _)| !self.is_rendered(*at));
-            photons.for_each(|(at, photons)| seen[at].photons = *photons);
+            photons.for_each(|(at, photons)| first_batches[at].photons = *photons);
         }
-        seen
+        first_batches
     }
 }
 
 /// A group of neighbouring rows. Lanes beyond the last row of the picture repeat it; their results are not written.
 struct Rows<'a> {
-    picture: &'a FrameRender<'a>,
+    frame: &'a FrameRender<'a>,
     group: usize,
     /// Level of the flickering lamps in each stratum of time, lane by lane.
     lamp_levels: &'a [[f32; LANES]],
@@ -71,7 +71,7 @@ struct Rows<'a> {
     /// Logarithm to base 2 of the strata of time that the level of flickering lamps is known for; without sub-frames.
     strata_log2: u32,
     /// Results, row by row.
-    seen: &'a mut [FirstBatch],
+    first_batches: &'a mut [FirstBatch],
 }
 
 impl Kernel for Rows<'_> {
@@ -79,9 +79,9 @@ impl Kernel for Rows<'_> {
 
     #[inline(always)]
     fn run(self) {
-        let width = self.picture.width();
-        let rows = self.seen.len() / width;
-        let tiles = self.picture.kept.as_ref().map(|kept| &kept.tiles[self.group]);
+        let width = self.frame.width();
+        let rows = self.first_batches.len() / width;
+        let tiles = self.frame.kept.as_ref().map(|kept| &kept.tiles[self.group]);
         let mut stack = Stack::new();
         for first in (0..width).step_by(COLUMNS) {
             if tiles.is_some_and(|tiles| !tiles[first / COLUMNS]) {
@@ -92,7 +92,7 @@ impl Kernel for Rows<'_> {
             for lane in 0..LANES {
                 let (row, column) = (lane / COLUMNS, first + lane % COLUMNS);
                 if row < rows && column < width {
-                    self.seen[row * width + column] = quarters.seen(lane, nearest[lane]);
+                    self.first_batches[row * width + column] = quarters.of_lane(lane, nearest[lane]);
                 }
             }
         }
@@ -105,7 +105,7 @@ impl Rows<'_> {
         let mut pixels = PacketPixels::NONE;
         let mut seeds =
             Seeds { lanes: [[0; LANES]; 3], packet: low_u32(self.keys[0].with(u64_from(first) | 1 << 40).0) };
-        let camera = self.picture.view.camera;
+        let camera = self.frame.view.camera;
         let pattern_px = camera.mosaic.width_px();
         for lane in 0..LANES {
             // Lanes beyond the last column or row repeat it.
@@ -125,7 +125,7 @@ impl Rows<'_> {
     /// Mean photons of the samples by quarters of the batch, and the nearest surface of each pixel.
     #[inline(always)]
     fn gather(&self, pixels: &PacketPixels, seeds: &Seeds<LANES>, stack: &mut Stack) -> (Quarters, [Nearest; LANES]) {
-        let FrameRender { view, sampling, timelines, objects, .. } = self.picture;
+        let FrameRender { view, sampling, timelines, objects, .. } = self.frame;
         let Sampling { subframes, samples_per_pixel, .. } = *sampling;
         let timeline = &timelines[self.group];
         let pieces = f32_from_u32(u32_from(timeline.pieces.len()));

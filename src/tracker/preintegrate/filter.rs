@@ -18,7 +18,7 @@ use super::{ImuMeasurement, ImuState, Noise, Preintegrated, put};
 use crate::num::greater;
 use crate::pose::Pose;
 use crate::tracker::lie::{Twist, se3_adjoint, skew, so3_exp};
-use crate::tracker::sweep::{Moving, RatePrior};
+use crate::tracker::row_motion::{Moving, RatePrior};
 
 /// Magnitude of gravity in m/s^2, and its variation on the Earth.
 const GRAVITY_M_PER_S2: f64 = 9.806_65;
