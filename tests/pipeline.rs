@@ -308,6 +308,14 @@ fn the_bytes_of_small_runs_of_six_scenes_stay_what_they_are() {
         let tracked = std::fs::read_to_string(folder.path().join("out/trajectory_est.tum")).unwrap();
         let tracked = u64::try_from(parse_tum(&tracked).map_or(0, |poses| poses.len())).unwrap();
         assert!(tracked >= tracked_least, "{scene}: {tracked} poses of {} frames", frames.len());
+        let has_pose =
+            |frame: &&Value| ["initialised", "tracked", "relocalised"].iter().any(|&with| frame["status"] == with);
+        assert_eq!(frames.iter().filter(has_pose).count(), usize::try_from(tracked).unwrap(), "{scene}");
+        // One threshold a camera; the last of all stands in `features` too.
+        let cameras = report["scenario"]["cameras"].as_u64().unwrap();
+        let thresholds = |frame: &Value| frame["thresholds"].as_array().unwrap().clone();
+        assert!(frames.iter().all(|frame| thresholds(frame).len() as u64 == cameras), "{scene}");
+        assert_eq!(thresholds(frames.last().unwrap()).last(), Some(&report["features"]["threshold"]), "{scene}");
         found.insert(scene.to_owned(), report["hashes"].clone());
     }
     let found = Value::Object(found);

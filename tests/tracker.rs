@@ -10,8 +10,8 @@ mod loops;
 mod mono;
 #[path = "tracker/still.rs"]
 mod still;
-#[path = "tracker/sweep.rs"]
-mod sweep;
+#[path = "tracker/row_motion.rs"]
+mod row_motion;
 #[path = "tracker/synthetic.rs"]
 mod synthetic;
 

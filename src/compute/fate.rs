@@ -225,7 +225,10 @@ mod tests {
                         Fate::Suppressed { .. } => 2,
                         Fate::WithoutPatch => 3,
                         Fate::Unselected { .. } => 4,
-                        Fate::Lost { .. } => 5,
+                        Fate::Lost { dropped, late } => {
+                            assert_eq!((dropped, late), (extracted.counts.dropped, extracted.counts.late), "{name}");
+                            5
+                        }
                         Fate::Feature { number } => {
                             let feature = &extracted.features[number];
                             assert_eq!((feature.octave, feature.score), (fate.octave, fate.arc_difference - 1));

@@ -310,9 +310,9 @@ pub struct Tracking {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrackingEvent {
-    /// Number of the frame, from 0.
-    #[serde(default)]
-    pub frame: u32,
+    /// Number of the frame, from 0; none in reports of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frame: Option<u32>,
     /// Time of the frame.
     pub t_s: f64,
     /// "initialised", "lost", "relocalised", "found" (near the prediction again), "loop closed".

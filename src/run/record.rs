@@ -306,7 +306,7 @@ impl Session {
             let t_s = note.truth.t_s;
             report.tracking.events.extend(note.events.iter().map(|&event| {
                 let reason = note.loss.filter(|_| event == "lost").map(|loss| loss.name().to_owned());
-                TrackingEvent { frame, t_s, event: event.to_owned(), reason }
+                TrackingEvent { frame: Some(frame), t_s, event: event.to_owned(), reason }
             }));
             match note.status {
                 Status::Lost => lost_since_s = lost_since_s.or(Some(t_s)),

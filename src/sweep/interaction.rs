@@ -40,7 +40,7 @@ pub struct LevelMeans {
 
 impl Interaction {
     /// Takes it from a table. Fails on a factor or level that the table does not have.
-    pub fn of(table: &Table, figure: &str, wish: &PlotRequest) -> Result<Self, Error> {
+    pub fn of(table: &Table, figure: &str, plot: &PlotRequest) -> Result<Self, Error> {
         let factors: Vec<&String> =
             table.columns.iter().filter(|column| is_level(column.role)).map(|column| &column.name).collect();
         let known = |key: &str, name: &str| {
@@ -50,16 +50,16 @@ impl Interaction {
             let known = factors.iter().map(|name| name.as_str()).collect::<Vec<_>>().join(", ");
             Err(Error::Unknown { what: "factor", name: format!("{name} (report.picture.{key})"), known })
         };
-        known("by", &wish.by)?;
-        wish.split.iter().try_for_each(|split| known("split", split))?;
-        let along = levels(table, &wish.by);
+        known("by", &plot.by)?;
+        plot.split.iter().try_for_each(|split| known("split", split))?;
+        let along = levels(table, &plot.by);
         let names: Vec<String> = along.iter().map(|(name, _, _)| name.clone()).collect();
-        let base = wish.base.as_ref().map(super::cells::shown);
+        let base = plot.base.as_ref().map(super::cells::shown);
         if let Some(base) = base.as_ref().filter(|base| !names.contains(base)) {
             let name = format!("{base} (report.picture.base)");
             return Err(Error::Unknown { what: "level", name, known: names.join(", ") });
         }
-        let apart = wish.split.as_ref().map_or_else(
+        let apart = plot.split.as_ref().map_or_else(
             || vec![(String::new(), None, (0..table.rows).collect())],
             |split| {
                 levels(table, split).into_iter().map(|(name, at, rows)| (format!("{split} {name}"), at, rows)).collect()
@@ -68,11 +68,11 @@ impl Interaction {
         let values = figures(table, figure);
         let one = |(name, _, rows): &(String, Option<f64>, Vec<usize>)| {
             let is_in: std::collections::BTreeSet<usize> = rows.iter().copied().collect();
-            series(table, &wish.by, name, (&along, base.as_ref()), &|row| values[row].filter(|_| is_in.contains(&row)))
+            series(table, &plot.by, name, (&along, base.as_ref()), &|row| values[row].filter(|_| is_in.contains(&row)))
         };
         let series = apart.iter().map(one).collect();
-        let (figure, by, split) = (figure.to_owned(), wish.by.clone(), wish.split.clone());
-        Ok(Self { figure, by, split, levels: names, series, y_log: wish.y_log, base })
+        let (figure, by, split) = (figure.to_owned(), plot.by.clone(), plot.split.clone());
+        Ok(Self { figure, by, split, levels: names, series, y_log: plot.y_log, base })
     }
 
     /// Name of its files.
@@ -189,7 +189,7 @@ mod tests {
         }
     }
 
-    fn wish() -> PlotRequest {
+    fn plot() -> PlotRequest {
         PlotRequest {
             figure: "ate_m".to_owned(),
             by: "bits".to_owned(),
@@ -201,7 +201,7 @@ mod tests {
 
     #[test]
     fn ratios_are_taken_between_cells_of_one_seed() {
-        let found = Interaction::of(&table(), "tracking.ate_m", &wish()).unwrap();
+        let found = Interaction::of(&table(), "tracking.ate_m", &plot()).unwrap();
         assert_eq!(found.levels, ["2", "8"]);
         let of = |series: usize, level: usize| found.series[series].ratios[level].unwrap().mean;
         // On: 4 / 1 and 8 / 2. Off: 2 / 2 and 4 / 4. Logarithm and exponential leave a few units in the last place.
@@ -213,8 +213,8 @@ mod tests {
 
     #[test]
     fn a_factor_or_level_that_is_not_there_is_refused_with_those_that_are() {
-        let said = |wish: PlotRequest| Interaction::of(&table(), "tracking.ate_m", &wish).unwrap_err().to_string();
-        assert!(said(PlotRequest { by: "bit".to_owned(), ..wish() }).contains("bits, smoothing, seed"));
-        assert!(said(PlotRequest { base: Some(toml::Value::Integer(3)), ..wish() }).contains("2, 8"));
+        let said = |plot: PlotRequest| Interaction::of(&table(), "tracking.ate_m", &plot).unwrap_err().to_string();
+        assert!(said(PlotRequest { by: "bit".to_owned(), ..plot() }).contains("bits, smoothing, seed"));
+        assert!(said(PlotRequest { base: Some(toml::Value::Integer(3)), ..plot() }).contains("2, 8"));
     }
 }

@@ -64,7 +64,7 @@ pub fn page(title: &str, options: &ReportOptions, table: &Table, verdicts: &[Poi
 /// The pictures that a sweep file asks for. Fails on a figure, factor or level that no cell has.
 pub fn interactions(options: &ReportOptions, table: &Table) -> Result<Vec<Interaction>, Error> {
     let known = figure_names(table);
-    let one = |wish: &PlotRequest| Interaction::of(table, &full_name(&known, "report.picture", &wish.figure)?, wish);
+    let one = |plot: &PlotRequest| Interaction::of(table, &full_name(&known, "report.picture", &plot.figure)?, plot);
     options.picture.iter().map(one).collect()
 }
 

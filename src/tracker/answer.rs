@@ -30,7 +30,7 @@ named! {
         Tracked = "tracked",
         /// The pose was found by descriptors alone.
         Relocalised = "relocalised",
-        /// No pose is supported by enough landmarks.
+        /// No pose is supported by enough landmarks, or its position is too uncertain.
         Lost = "lost",
     }
 }
@@ -40,8 +40,8 @@ named! {
     pub enum LossReason {
         /// Neither the search around the prediction nor the one by descriptors found a pose.
         Unsupported = "too few landmarks agree on a pose",
-        /// Poses were found, and their positions were uncertain for too many frames in a row.
-        Uncertain = "the position stayed uncertain",
+        /// A pose was found, and its position is too uncertain: by descriptors alone, or for several frames in a row.
+        Uncertain = "the position is too uncertain",
     }
 }
 
@@ -135,5 +135,34 @@ pub fn unlocated(t_s: f64, status: Status, work: TrackerWork) -> TrackedFrame {
         keyframe: false,
         loop_closed: false,
         work,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_loss_is_one_event_and_so_is_its_end() {
+        use Status::{Initialised, Lost, Relocalised, Tracked, Waiting};
+        let course =
+            [Waiting, Initialised, Tracked, Lost, Lost, Tracked, Tracked, Lost, Relocalised, Relocalised, Tracked];
+        let mut before = None;
+        let mut events = Vec::new();
+        for (frame, status) in course.into_iter().enumerate() {
+            let answer = TrackedFrame { loop_closed: frame == 6, ..unlocated(0.0, status, TrackerWork::default()) };
+            events.extend(answer.events(before).map(|event| (frame, event)));
+            before = Some(status);
+        }
+        let found = [
+            (1, "initialised"),
+            (3, "lost"),
+            (5, "found"),
+            (6, "loop closed"),
+            (7, "lost"),
+            (8, "relocalised"),
+            (9, "relocalised"),
+        ];
+        assert_eq!(events, found);
     }
 }

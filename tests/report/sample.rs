@@ -115,7 +115,7 @@ pub fn report() -> Report {
     report.tracking.relocalise_s = Some(0.2);
     let event = |(frame, t_s), event: &str, reason: Option<&str>| {
         let (event, reason) = (event.to_owned(), reason.map(str::to_owned));
-        TrackingEvent { frame, t_s, event, reason }
+        TrackingEvent { frame: Some(frame), t_s, event, reason }
     };
     report.tracking.events = vec![
         event((0, 0.0), "initialised", None),

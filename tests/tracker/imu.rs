@@ -7,7 +7,9 @@ use sensel::pose::Pose;
 use sensel::tracker::lie::{so3_exp, so3_log};
 use sensel::tracker::preintegrate::Bias;
 use sensel::tracker::preintegrate::chain::WindowKeyframe;
-use sensel::tracker::{ImuCalibration, ImuFilter, ImuMeasurement, Noise, Status, TrackedFrame, Tracker, TrackerParams};
+use sensel::tracker::{
+    ImuCalibration, ImuFilter, ImuMeasurement, LossReason, Noise, Status, TrackedFrame, Tracker, TrackerParams,
+};
 
 use super::synthetic::{Hardship, RATE_HZ, World, lively, mono_rig, normal, score};
 
@@ -163,6 +165,7 @@ fn in_the_dark_no_pose_is_given_and_afterwards_the_place_is_known() {
         assert_eq!(answer.world_from_body.is_none(), is_dark, "frame {number}");
         assert_eq!(answer.status == Status::Lost, is_dark, "frame {number}");
         assert!(answer.status != Status::Relocalised, "frame {number}");
+        assert_eq!(answer.loss, is_dark.then_some(LossReason::Unsupported), "frame {number}");
     }
     let score = score(&answers);
     assert!(score.ate_m < 0.015, "{score:?}");

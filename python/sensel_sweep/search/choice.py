@@ -7,7 +7,7 @@ import math
 from .designs import Design, Summary, Wanted, best_first, front, layers, summaries_of
 from .file import SearchFile
 
-# Designs may keep a share of runs, or be the best, while others are ahead by no more than so many standard errors.
+# A design may still keep a share of runs, or still be the best, if it falls short by no more than so many standard errors.
 STANDARD_ERRORS = 1.0
 
 
@@ -73,7 +73,8 @@ def about_the_limit(wish: Wanted, designs: list[Design], count: int) -> list[int
     hopeful = {one.design.number for one in summaries_of(wish, designs, STANDARD_ERRORS) if one.is_feasible}
     may_keep = by_price(wish, [one for one in summaries if one.design.number in hopeful])
     cheaper = [one for one in may_keep if not one.is_feasible]
-    return evenly(kept, min(1 + count // 2, count)) + evenly(cheaper, count // 4)
+    # First the one that misses by least.
+    return evenly(kept, min(1 + count // 2, count)) + evenly(cheaper[::-1], count // 4)
 
 
 def choices_of(search: SearchFile, design: Design) -> list:

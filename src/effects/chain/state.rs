@@ -71,7 +71,7 @@ pub struct Captured {
     pub events: Events,
     /// Electrons that stay in the array for the next frame, where an effect leaves some.
     pub charge_e: Option<Plane<f32>>,
-    /// Over how many pixels each effect ran, with optical-black rows and every reading, and without pixels that it did not change.
+    /// Over how many pixels each effect ran, with optical-black rows and every reading, without blocks of pixels in which no draw can show.
     /// In physical order.
     pub hits: Vec<(&'static str, u64)>,
 }

@@ -87,9 +87,9 @@ fn claim(estimates: &[Estimate], width: usize, at: usize, saturation_photons: f3
     })
 }
 
-/// The mean of squared error over photons of all pixels that count, from what replicates of some, `others`, give. Those of refined pixels
-/// have as many samples as these: half the squared difference is the variance. Those of the other pixels are finer pairs A and B: (S - A)(S -
-/// B) has the bias of S too.
+/// The mean of squared error over photons of all pixels that count, from what replicates of some, `others`, give. Those of refined
+/// pixels have as many samples as these: half the squared difference is the variance. Those of the other pixels are finer pairs A and B:
+/// (S - A)(S - B) has the bias of S too.
 pub fn variance_ratio(
     estimates: &[Estimate],
     replicates: &[Replicate],

@@ -40,10 +40,10 @@ fn spectrum(report: &Report) -> String {
 fn events(report: &Report) -> String {
     let row = |event: &TrackingEvent| {
         format!(
-            "<tr><th scope=\"row\">{}{}</th><td class=\"num\">frame {}</td><td class=\"num\">{:.3}\u{a0}s</td></tr>",
+            "<tr><th scope=\"row\">{}{}</th><td class=\"num\">{}</td><td class=\"num\">{:.3}\u{a0}s</td></tr>",
             escaped(&event.event),
             event.reason.as_ref().map(|reason| format!(": {}", escaped(reason))).unwrap_or_default(),
-            event.frame,
+            event.frame.map(|frame| format!("frame {frame}")).unwrap_or_default(),
             event.t_s
         )
     };
