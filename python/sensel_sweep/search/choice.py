@@ -63,10 +63,9 @@ def evenly(summaries: list[Summary], count: int) -> list[int]:
     return [one.design.number for one in summaries]
 
 
-def about_the_limit(wish: Wanted, designs: list[Design], count: int) -> list[int]:
+def about_the_limit(wish: Wanted, designs: list[Design], summaries: list[Summary], count: int) -> list[int]:
     """The design of the least price; up to half as many as the count that keep their limits by more, since a search ends where its own runs just
     keep a limit, so other runs may not; and up to a quarter that are cheaper and miss a limit by less than their runs leave open."""
-    summaries = summaries_of(wish, designs)
     kept = by_price(wish, [one for one in summaries if one.is_feasible])
     if not kept:
         return []
@@ -96,7 +95,7 @@ def finalists(search: SearchFile, wish: Wanted, designs: list[Design], count: in
             chosen.append(number)
 
     weights = weights_of(wish)
-    for number in about_the_limit(wish, designs, count):
+    for number in about_the_limit(wish, designs, summaries, count):
         add(number)
     for number in range(len(weights)):
         add(best(wish, means, [2.0 * weight if place == number else weight for place, weight in enumerate(weights)]))
