@@ -2,7 +2,7 @@
 
 use super::measure::ChannelMeasurement;
 use super::set::{MeasurementSize, PlannedShot, SeriesExposure, Set};
-use super::shoot::RowTiming;
+use super::shoot::ReadoutTiming;
 use super::truth::ChannelTruth;
 use crate::config::Resolved;
 use crate::effects;
@@ -17,7 +17,7 @@ pub struct SensorBench {
     sensor: SensorSetup,
     set: Set,
     chain: Chain,
-    times: RowTiming,
+    times: ReadoutTiming,
 }
 
 impl SensorBench {
@@ -36,7 +36,7 @@ impl SensorBench {
     pub fn with_chain(resolved: &Resolved, options: &MeasurementSize, chain: Chain) -> Result<Self, Error> {
         let sensor = SensorSetup::new(resolved)?;
         let set = Set::new(&sensor, options).map_err(|error| resolved.tree.locate(error))?;
-        let times = RowTiming::new(&sensor, &set);
+        let times = ReadoutTiming::new(&sensor, &set);
         Ok(Self { sensor, set, chain, times })
     }
 
@@ -52,7 +52,7 @@ impl SensorBench {
         let Self { sensor, chain, .. } =
             Self::new(resolved, &MeasurementSize { size: Some(size), ..MeasurementSize::default() })?;
         let set = Set::of_frames(&sensor, size, points, half, stack)?;
-        let times = RowTiming::new(&sensor, &set);
+        let times = ReadoutTiming::new(&sensor, &set);
         Ok(Self { sensor, set, chain, times })
     }
 

@@ -10,7 +10,7 @@ use super::dither::{Dither, pattern_variance, variance_amplitude_dn2};
 use super::measure::{PhotonTransfer, TransferPoint};
 use super::moments::{ConversionPair, Cumulants, RampLevel, clipped, normal_cdf, normal_nodes, quantised};
 use super::set::{SeriesExposure, Set};
-use super::shoot::RowTiming;
+use super::shoot::ReadoutTiming;
 use super::spatial::{SharedVariance, SpatialVariances};
 use super::uncertainty::DieErrors;
 use crate::effects::{Parameters, sampling};
@@ -115,7 +115,7 @@ impl EmvaModel {
     /// Of a sensor and the waits of the measured rows.
     pub fn new(sensor: &SensorSetup, set: &Set) -> Self {
         let (pixel, adc) = (&sensor.parameters.pixel, &sensor.parameters.adc);
-        let times = RowTiming::new(sensor, set);
+        let times = ReadoutTiming::new(sensor, set);
         let (storage_s, storage_sigma_s) = times.mean_and_sigma_s();
         let per_e = pixel.conversion_gain_uv_per_e;
         let samples = adc.cds.samples();

@@ -8,7 +8,7 @@ use crate::run::SensorSetup;
 use crate::units::{CameraIndex, RowIndex};
 
 /// When the rows of the measured part of the array are read: as the sequencer reads them.
-pub struct RowTiming {
+pub struct ReadoutTiming {
     /// Wait between exposure and readout in seconds, of every row of the array's part.
     storage_s: Vec<f64>,
     /// The same of the rows that are kept.
@@ -18,7 +18,7 @@ pub struct RowTiming {
     period_s: f64,
 }
 
-impl RowTiming {
+impl ReadoutTiming {
     /// Of the first rows of the array. Rows beyond a window wait as its last one does.
     pub fn new(sensor: &SensorSetup, set: &Set) -> Self {
         let schedule = &sensor.schedule;
@@ -57,7 +57,7 @@ impl RowTiming {
 }
 
 /// Codes of the kept rows and columns of one frame.
-pub fn capture_frame(chain: &Chain, set: &Set, shot: &PlannedShot, times: &RowTiming) -> Plane<u16> {
+pub fn capture_frame(chain: &Chain, set: &Set, shot: &PlannedShot, times: &ReadoutTiming) -> Plane<u16> {
     let photons = if shot.is_lit { shot.exposure.photons } else { 0.0 };
     let light = set.channel.light(set.channel.array_size(set.size), photons);
     let captured = chain.capture(&light, Capture::single(CameraIndex(0), shot.frame), &times.of(shot));
