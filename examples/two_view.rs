@@ -20,7 +20,7 @@ const REACH_PX: f64 = 150.0;
 const RULE: MatchRule = MatchRule { distance_max: 64, ratio_max: 0.85 };
 
 struct Corner {
-    place_px: DVec2,
+    position_px: DVec2,
     descriptor: Descriptor,
 }
 
@@ -37,8 +37,8 @@ fn corners(text: &str) -> Result<Vec<Corner>, Failure> {
         }
         let number = |key: &str| feature[key].as_f64().ok_or("a feature without place");
         if bytes != [0; 32] {
-            let place_px = DVec2::new(number("x")?, number("y")?);
-            corners.push(Corner { place_px, descriptor: Descriptor::new(&bytes) });
+            let position_px = DVec2::new(number("x")?, number("y")?);
+            corners.push(Corner { position_px, descriptor: Descriptor::new(&bytes) });
         }
     }
     Ok(corners)
@@ -47,7 +47,7 @@ fn corners(text: &str) -> Result<Vec<Corner>, Failure> {
 fn best(own: &Corner, others: &[Corner]) -> Option<usize> {
     let mut best = Best::NONE;
     for (number, other) in others.iter().enumerate() {
-        if (other.place_px - own.place_px).length() < REACH_PX {
+        if (other.position_px - own.position_px).length() < REACH_PX {
             best.offer(number, own.descriptor.distance(&other.descriptor));
         }
     }
@@ -59,7 +59,7 @@ fn pairs(lens: &Lens, first: &[Corner], second: &[Corner]) -> Vec<BearingPair> {
     let pair = |(number, own): (usize, &Corner)| {
         let other = &second[best(own, second)?];
         let mutual = best(other, first) == Some(number);
-        Some(BearingPair { first: lens.unproject(own.place_px)?, second: lens.unproject(other.place_px)? })
+        Some(BearingPair { first: lens.unproject(own.position_px)?, second: lens.unproject(other.position_px)? })
             .filter(|_| mutual)
     };
     first.iter().enumerate().filter_map(pair).collect()

@@ -10,7 +10,7 @@
 //!
 //! ```
 //! use sensel::compute::{AlwaysReady, AtOnce, Extractor, ExtractorParams};
-//! use sensel::words::{PlacePx, Turns};
+//! use sensel::words::{PositionPx, Turns};
 //! use sensel::{events::Events, plane::Plane, units::Size};
 //!
 //! let bright = |i: usize| i % 48 >= 24 && i / 48 >= 24;
@@ -27,7 +27,7 @@
 //! assert!(extract(flat)?.features.is_empty());
 //! let found = extract(peaked)?;
 //! let feature = found.features[0];
-//! assert_eq!((feature.x, feature.y), (PlacePx::lit("24.8125"), PlacePx::lit("24.8125")));
+//! assert_eq!((feature.x, feature.y), (PositionPx::lit("24.8125"), PositionPx::lit("24.8125")));
 //! assert_eq!((feature.score, feature.angle), (159, Turns::lit("0.125")));
 //! assert_eq!((found.out_clk[0], found.end_clk), (2661, 2408));
 //! # Ok::<(), sensel::error::Error>(())

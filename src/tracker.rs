@@ -83,9 +83,9 @@ pub struct Tracker {
     /// Consecutive frames with an uncertain position.
     weak_frames: u32,
     /// Lower bound on the keypoint noise: the configured sigma. `params` holds the current estimate.
-    place_sigma_px_min: f64,
+    position_sigma_px_min: f64,
     /// Upper bound on the keypoint noise estimated from residuals.
-    place_sigma_px_max: f64,
+    position_sigma_px_max: f64,
     /// From the body to the only camera, whose position stands for the body's.
     arm_m: DVec3,
 }
@@ -95,14 +95,14 @@ impl Tracker {
     pub fn new(mut calibrations: Vec<CameraCalibration>, params: TrackerParams) -> Result<Self, Error> {
         params.check()?;
         let mut arm_m = DVec3::ZERO;
-        let place_m = |camera: &CameraCalibration| camera.body_from_camera.translation_m;
+        let position_m = |camera: &CameraCalibration| camera.body_from_camera.translation_m;
         match &mut calibrations[..] {
             [] => return Err(Error::key("rig.cameras", 0, "the tracker needs a camera")),
             // A monocular map has no metric scale, so an arm from body to camera has no length in it: the camera's position
             // stands for the body's.
             [only] => arm_m = std::mem::take(&mut only.body_from_camera.translation_m),
             [first, rest @ ..] => {
-                let apart_m = rest.iter().map(|other| (place_m(first) - place_m(other)).length());
+                let apart_m = rest.iter().map(|other| (position_m(first) - position_m(other)).length());
                 let baseline_m = apart_m.fold(0.0, crate::num::greater);
                 if !(baseline_m > 1e-3 && baseline_m.is_finite()) {
                     let reason = "too short for depth; use more than 1";
@@ -126,8 +126,8 @@ impl Tracker {
             arm_m,
             usual_sigma_m: 0.0,
             weak_frames: 0,
-            place_sigma_px_min: params.place_sigma_px,
-            place_sigma_px_max: params::UNPROVEN_NOISE * params.place_sigma_px,
+            position_sigma_px_min: params.position_sigma_px,
+            position_sigma_px_max: params::UNPROVEN_NOISE * params.position_sigma_px,
         })
     }
 
@@ -181,8 +181,8 @@ impl Tracker {
     }
 
     /// Current estimate of the keypoint noise at octave 0, in pixels; at least the configured sigma.
-    pub fn place_sigma_px(&self) -> f64 {
-        self.params.place_sigma_px
+    pub fn position_sigma_px(&self) -> f64 {
+        self.params.position_sigma_px
     }
 
     /// Landmarks as they stand now, in rising order of their numbers.

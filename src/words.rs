@@ -5,7 +5,7 @@ use fixed::types::extra::{U6, U12, U16, U24};
 use fixed::{FixedI64, FixedU32};
 
 pub use rtl_models::words::{
-    EdgeDistancePx, FORMATS as EXTRACTOR_FORMATS, Format, HalfScaleMean, PlacePx, ShiftPx, Significand, Sine, Slope,
+    EdgeDistancePx, FORMATS as EXTRACTOR_FORMATS, Format, HalfScaleMean, PositionPx, ShiftPx, Significand, Sine, Slope,
     SlopeSide, TraceShare, TriangleMean, TurnedPx, Turns, rounded,
 };
 

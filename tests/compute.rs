@@ -14,7 +14,7 @@ use sensel::events::{Event, Events};
 use sensel::plane::Plane;
 use sensel::simd::{Level, limit};
 use sensel::units::Size;
-use sensel::words::PlacePx;
+use sensel::words::PositionPx;
 
 /// The circle of radius 3, clockwise from straight below.
 const CIRCLE: [(i32, i32); 16] = [
@@ -259,7 +259,7 @@ fn the_full_list_holds_every_corner_and_only_whole_patches_have_descriptors() {
     let (mut whole, mut cut) = (0, 0);
     for (feature, corner) in listed.iter().zip(&corners) {
         // A fit moves a place by a pixel at most.
-        let near = |place_px: f64, px: u32| (place_px - f64::from(px)).abs() <= 1.0;
+        let near = |position_px: f64, px: u32| (position_px - f64::from(px)).abs() <= 1.0;
         assert!(near(feature.x_px(), corner.x_px) && near(feature.y_px(), corner.y_px), "{feature:?} of {corner:?}");
         let inside = has_patch((corner.x_px, corner.y_px), 160, 120);
         assert_eq!(feature.descriptor != [0; 32], inside, "corner at {:?}", feature.pixel());
@@ -310,7 +310,7 @@ fn an_upper_octave_is_the_extractor_on_the_halved_picture() {
         let alone = features(&picture.map(u16::from), 8, &MANY);
         let mut of_octave: Vec<Feature> = all.iter().filter(|feature| feature.octave == octave).copied().collect();
         // Places are scaled about the picture's corner, half a pixel before the first centre.
-        let scaled = |place: PlacePx| PlacePx::from_bits(((place.to_bits() + 8) << octave) - 8);
+        let scaled = |place: PositionPx| PositionPx::from_bits(((place.to_bits() + 8) << octave) - 8);
         let mut expected: Vec<Feature> = alone
             .iter()
             .map(|feature| Feature { x: scaled(feature.x), y: scaled(feature.y), octave, ..*feature })

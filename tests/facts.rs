@@ -143,8 +143,8 @@ fn check_frame(setup: &Setup, camera: &Camera, number: usize, frame: FrameIndex,
     // Where the lens is dark nothing is seen.
     let width = seen.width_px();
     let lit = (0..signals.len()).filter(|&at| signals[at] > 0.0);
-    let place_px = |at: usize| DVec2::new(f64_from_usize(at % width), f64_from_usize(at / width));
-    let bearings = lit.filter_map(|at| camera.lens.unproject(place_px(at)));
+    let position_px = |at: usize| DVec2::new(f64_from_usize(at % width), f64_from_usize(at / width));
+    let bearings = lit.filter_map(|at| camera.lens.unproject(position_px(at)));
     let widest = bearings.map(|bearing| 2.0 * libm::acos(bearing.z).to_degrees()).fold(0.0, f64::max);
     assert!(widest <= facts.of("field_of_view_deg").unwrap().greatest, "{widest} degrees of {said}");
     held.compared += 1;
@@ -204,8 +204,8 @@ fn check_geometry(
                 continue;
             }
             held.check(facts, "depth_m", range_m, 1e-6, said);
-            let place_px = DVec2::new(f64_from_usize(column), f64_from_usize(row));
-            let Some(bearing) = camera.lens.unproject(place_px) else { continue };
+            let position_px = DVec2::new(f64_from_usize(column), f64_from_usize(row));
+            let Some(bearing) = camera.lens.unproject(position_px) else { continue };
             let point_m = at(span.middle_s()).point(bearing * range_m);
             for (name, ends_s) in
                 [("motion_over_exposure_px", [span.start_s, span.end_s]), ("motion_over_readout_px", readout)]

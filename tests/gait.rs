@@ -164,10 +164,10 @@ fn the_camera_looks_along_its_path_and_stays_inside_it() {
         let spline = spline(WALK, path, 3);
         for k in 0..u32_truncated(SECONDS / 0.05) {
             let state = spline.state(0.05 * f64::from(k)).unwrap();
-            let place_m = state.world_from_body.translation_m - middle_m;
+            let position_m = state.world_from_body.translation_m - middle_m;
             let level = |v: DVec3| DVec3::new(v.x, 0.0, v.z);
             // The radius, and a sway of 2 cm across the path; the spline cuts curves by a millionth.
-            assert!(level(place_m).length() < radius_m + 0.021, "{place_m}");
+            assert!(level(position_m).length() < radius_m + 0.021, "{position_m}");
             let ahead = level(state.world_from_body.rotation * DVec3::Z).normalize();
             let moving = level(state.velocity_m_per_s).normalize();
             // The sway moves across at 0.02 * 2 pi * 1.13 Hz = 0.14 m/s at most, and turns with the path: 0.1 rad of 1.4 m/s.
@@ -206,9 +206,9 @@ fn a_trembling_rig_moves_by_its_millimetre() {
     let (mut greatest_m, mut worst_m) = (0.0_f64, 0.0_f64);
     for k in 0..10_000_u32 {
         let t_s = 1e-3 * f64::from(k);
-        let place_m = spline.world_from_body(t_s).unwrap().translation_m;
-        greatest_m = greatest_m.max(place_m.x);
-        worst_m = worst_m.max((place_m - DVec3::X * (1e-3 * libm::sin(core::f64::consts::TAU * t_s))).length());
+        let position_m = spline.world_from_body(t_s).unwrap().translation_m;
+        greatest_m = greatest_m.max(position_m.x);
+        worst_m = worst_m.max((position_m - DVec3::X * (1e-3 * libm::sin(core::f64::consts::TAU * t_s))).length());
     }
     // (w h)^4 / 30 with w h = 0.126: 8e-6 of a millimetre.
     assert!(worst_m < 9e-9 && (greatest_m - 1e-3).abs() < 1e-8, "{worst_m} {greatest_m}");

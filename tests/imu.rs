@@ -212,8 +212,8 @@ fn a_lever_arm_feels_what_its_own_place_does() {
     // Constant turning: centripetal alone, w^2 r towards the axis.
     let rate_deg_per_s = 200.0;
     let turning = motion(generated(|t_s| spin(rate_deg_per_s, t_s), GENERATED_KNOT_S, 3.0), DQuat::IDENTITY);
-    let place_m = DVec3::new(0.1, 0.0, 0.0);
-    let at = Pose::new(DQuat::IDENTITY, place_m);
+    let position_m = DVec3::new(0.1, 0.0, 0.0);
+    let at = Pose::new(DQuat::IDENTITY, position_m);
     let rate = rate_deg_per_s.to_radians();
     let (w, force) = truth(&turning.state(1.234).unwrap(), &at, GRAVITY_IN_WORLD_M_PER_S2);
     // The body's y is down: a turn to the right is about +y; at rest it feels gravity's opposite along -y. Roundings of 12 m/s^2.

@@ -24,7 +24,7 @@ use sensel::link::{
 };
 use sensel::plane::Plane;
 use sensel::units::{FrameIndex, Size};
-use sensel::words::{PlacePx, RampGain, Turns};
+use sensel::words::{PositionPx, RampGain, Turns};
 
 const OV7251: LinkParams = LinkParams::new(1, 240_000_000, Mode::Both);
 
@@ -39,7 +39,7 @@ fn features(count: usize) -> Vec<Feature> {
         let draw = mix(i as u64).to_le_bytes();
         let descriptor = std::array::from_fn(|byte| mix((i * 32 + byte) as u64).to_le_bytes()[0]);
         let [x_low, x_high, y_low, y_high, score, angle, octave, _] = draw;
-        let (x, y) = (PlacePx::from_le_bytes([x_low, x_high]), PlacePx::from_le_bytes([y_low, y_high]));
+        let (x, y) = (PositionPx::from_le_bytes([x_low, x_high]), PositionPx::from_le_bytes([y_low, y_high]));
         Feature { x, y, score: score.into(), angle: Turns::from_bits(angle), octave, descriptor }
     };
     (0..count).map(feature).collect()

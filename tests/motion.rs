@@ -43,14 +43,14 @@ fn sorted(mut values: Vec<f64>) -> Vec<f64> {
 #[test]
 fn the_spline_leaves_of_real_motion_capture_only_its_noise() {
     let (samples, spline) = (room1(), room1_spline());
-    let (mut place_m, mut turn_deg) = (Vec::new(), Vec::new());
+    let (mut position_m, mut turn_deg) = (Vec::new(), Vec::new());
     for sample in &samples {
         let pose = spline.world_from_body(sample.t_s).unwrap();
-        place_m.push(sample.world_from_body.translation_m - pose.translation_m);
+        position_m.push(sample.world_from_body.translation_m - pose.translation_m);
         turn_deg.push(so3::log(pose.rotation.conjugate() * sample.world_from_body.rotation) * 1.0_f64.to_degrees());
     }
     let lengths = |residuals: &[DVec3]| sorted(residuals.iter().map(|residual| residual.length()).collect());
-    let (lengths_m, angles_deg) = (lengths(&place_m), lengths(&turn_deg));
+    let (lengths_m, angles_deg) = (lengths(&position_m), lengths(&turn_deg));
     let (middle, last) = (samples.len() / 2, samples.len() - 1);
     println!("median {:.4} mm {:.4} deg", lengths_m[middle] * 1e3, angles_deg[middle]);
     println!("worst {:.3} mm {:.3} deg", lengths_m[last] * 1e3, angles_deg[last]);
@@ -60,7 +60,7 @@ fn the_spline_leaves_of_real_motion_capture_only_its_noise() {
     assert!(lengths_m[last] < 2e-3 && angles_deg[last] < 0.7);
     // And it is noise: neighbours 8 ms apart are not alike (slow motion that was missed would be: 0.9 and more). A fit
     // with one unknown for six samples makes white noise slightly opposed, by about the unknowns' share of 1/6.
-    for residuals in [place_m, turn_deg] {
+    for residuals in [position_m, turn_deg] {
         let products: f64 = residuals.windows(2).map(|pair| pair[0].dot(pair[1])).sum();
         let squares: f64 = residuals.iter().map(|residual| residual.length_squared()).sum();
         // Standard error 1/sqrt(3 * 1921) = 0.013; jitter of real cameras is not quite white.

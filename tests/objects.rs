@@ -265,14 +265,14 @@ fn depth_objects_flow_and_occlusion_follow_what_moves() {
             // Where that point is at the later row's time: the row is the fixed point of the projection.
             let object = &moving[index(number) - 1];
             let mut row_px = f64_from_usize(y);
-            let mut place_px = DVec2::ZERO;
+            let mut position_px = DVec2::ZERO;
             for _ in 0..50 {
                 let t_s = 0.25 + row_px.clamp(0.0, 63.0) * 2e-4;
-                place_px =
+                position_px =
                     camera.lens.project(pose(t_s).inverse().point(object.world_from_object(t_s).point(at_m))).unwrap();
-                row_px = place_px.y;
+                row_px = position_px.y;
             }
-            let expected = place_px - DVec2::new(f64_from_usize(x), f64_from_usize(y));
+            let expected = position_px - DVec2::new(f64_from_usize(x), f64_from_usize(y));
             let shift_px = DVec2::new(found.dx_px.at(x, y).into(), found.dy_px.at(x, y).into());
             let error_px = (shift_px - expected).length();
             worst_px = worst_px.max(error_px);

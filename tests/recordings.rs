@@ -264,7 +264,7 @@ fn control_poses_are_met_at_the_ends_and_bound_the_rest() {
     let corners_m = [0.0, 1.0, 3.0, 2.5, -1.0, 0.5].map(|x| DVec3::new(x, 1.0 - x * 0.5, x * x));
     let poses: Vec<Pose> = (0_u32..)
         .zip(corners_m)
-        .map(|(k, place_m)| Pose::new(so3::exp(DVec3::new(0.0, 1.2, 0.3) * f64::from(k)), place_m))
+        .map(|(k, position_m)| Pose::new(so3::exp(DVec3::new(0.0, 1.2, 0.3) * f64::from(k)), position_m))
         .collect();
     let spline = Spline::on_control_poses(0.0, 0.5, &poses).unwrap();
     assert_eq!((spline.span().start_s, spline.span().end_s), (0.0, 2.5));

@@ -70,9 +70,9 @@ fn rigs_of_one_to_five_cameras_run_and_say_where_their_cameras_are() {
         assert_eq!(reader.cameras().len(), usize::try_from(count).unwrap());
         for (k, camera) in (0_u32..).zip(reader.cameras()) {
             let found = camera.camera.body_from_camera;
-            let place_m = body_from_rig * DVec3::new(0.03 * f64::from(k), 0.01, -0.005);
+            let position_m = body_from_rig * DVec3::new(0.03 * f64::from(k), 0.01, -0.005);
             // Metres and matrix entries as text that returns to the same bits; some ten roundings on the way.
-            assert!((found.translation_m - place_m).length() < 1e-15, "{found:?}");
+            assert!((found.translation_m - position_m).length() < 1e-15, "{found:?}");
             // To the right by the yaw, then up by 10 degrees: y is down.
             let (yaw, pitch) = ((20.0 * f64::from(k)).to_radians(), 10.0_f64.to_radians());
             let ahead =
@@ -198,8 +198,8 @@ fn metres_that_a_motion_states_are_not_scaled() {
     let away_m = |motion: &str, t_s: f64| {
         let scaled = resolved(&format!("[rig]\nbaseline_mm = 0.0\n[motion]\nscale = 0.25\n{motion}")).unwrap();
         let setup = Setup::new(scaled, &NoFiles, &NoProgress).unwrap();
-        let place_m = |t_s: f64| setup.motion.world_from_body(t_s).unwrap().translation_m;
-        (place_m(t_s) - place_m(0.0)).length()
+        let position_m = |t_s: f64| setup.motion.world_from_body(t_s).unwrap().translation_m;
+        (position_m(t_s) - position_m(0.0)).length()
     };
     // A spline of 20 knots a period misses 3e-4 of a sine's height.
     let tremble_m = away_m("kind = \"still\"\noscillation_mm = 1.0\noscillation_hz = 10.0\n", 0.025);

@@ -65,7 +65,7 @@ fn shutter(start_s: f64, row_s: f64, exposure_s: f64) -> Vec<Span> {
 }
 
 /// Where a row's edge is: columns that are white, counted by their light.
-fn place_px(photons: &Plane<f32>, row: usize) -> f64 {
+fn position_px(photons: &Plane<f32>, row: usize) -> f64 {
     let white = f64::from(photons.at(0, row));
     (0..photons.width_px()).map(|column| f64::from(photons.at(column, row)) / white).sum::<f64>() - 0.5
 }
@@ -79,7 +79,7 @@ fn skew_of_an_edge_is_speed_times_row_time() {
     let mut apart_sum = 0.0;
     for row in 0..rows {
         let expected = edge_px(exposures[row].middle_s());
-        let apart = place_px(&seen.photons, row) - expected;
+        let apart = position_px(&seen.photons, row) - expected;
         // 1,024 samples in three-dimensional strata, of which an edge cuts some 100: sigma is sqrt(100 / 6) / 1024 = 0.004 px at
         // most. The bearing between corners is off by 1 / (4 f) = 0.007 px at most, alike in all rows.
         assert!(apart.abs() < 0.01 + 0.007, "row {row}: {apart} px");
@@ -138,7 +138,7 @@ fn a_subframe_is_sharp_at_its_instant() {
     let sampling = Sampling { subframes: 1, ..Sampling::fixed(256, DrawKey::root(3)) };
     let seen = render(&edge(), &camera(), &exposures, &walking, sampling);
     assert_eq!(seen.rays, 48 * 24 * 256);
-    let place = place_px(&seen.photons, 5);
+    let place = position_px(&seen.photons, 5);
     // 256 samples in two dimensions: 16 strata are cut, sigma sqrt(16 / 6) / 256 = 0.006 px; the bearings' 0.007 px.
     assert!((place - edge_px(0.15)).abs() < 4.0 * 0.006 + 0.007, "{place} {}", edge_px(0.15));
     let grey = (0..48).filter(|&column| {

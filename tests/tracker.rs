@@ -68,7 +68,7 @@ fn fisheyes_that_see_behind_themselves_are_tracked_as_well() {
     let lens = world.cameras[0].lens;
     let behind = |input: &FrameInput| {
         let places = input.features[0].iter().map(|feature| DVec2::new(feature.x_px(), feature.y_px()));
-        places.filter(|&place_px| lens.unproject(place_px).is_some_and(|bearing| bearing.z < 0.0)).count()
+        places.filter(|&position_px| lens.unproject(position_px).is_some_and(|bearing| bearing.z < 0.0)).count()
     };
     assert!(behind(&world.frame(0, &lively(0.0))) > 20, "features lie behind the camera's plane");
     let score = score(&run(&world, lively, 150));
@@ -128,7 +128,7 @@ fn turning_on_the_spot_moves_no_position() {
 fn a_single_plane_is_enough() {
     let mut world = World::usual(9);
     world.landmarks = room(9, 6_000);
-    world.landmarks.retain(|landmark| landmark.place_m.z == synthetic::ROOM_M.z);
+    world.landmarks.retain(|landmark| landmark.position_m.z == synthetic::ROOM_M.z);
     let score = score(&run(&world, |t_s| Pose::new(glam::DQuat::IDENTITY, lively(t_s).translation_m), 90));
     assert_eq!(score.tracked, 90);
     assert!(score.worst_m < 0.03, "{score:?}");
@@ -139,7 +139,7 @@ fn a_single_plane_is_enough() {
 fn features_on_one_line_give_finite_poses_or_none() {
     let mut world = World::usual(10);
     for landmark in &mut world.landmarks {
-        landmark.place_m = DVec3::new(landmark.place_m.x, 0.2, 1.2);
+        landmark.position_m = DVec3::new(landmark.position_m.x, 0.2, 1.2);
     }
     let answers = run(&world, resting, 20);
     for (_, answer) in &answers {
@@ -152,7 +152,7 @@ fn features_on_one_line_give_finite_poses_or_none() {
 fn points_at_infinity_start_no_map() {
     let mut world = World::usual(11);
     for landmark in &mut world.landmarks {
-        landmark.place_m *= 1e6;
+        landmark.position_m *= 1e6;
     }
     for (_, answer) in run(&world, resting, 5) {
         assert_eq!(answer.status, Status::Waiting);
@@ -194,7 +194,7 @@ fn senseless_rigs_and_parameters_are_refused_by_name() {
     };
     assert!(refused(0, room).contains("rig.cameras"));
     assert!(refused(2, TrackerParams { window: 1, ..room }).contains("tracker.window"));
-    assert!(refused(2, TrackerParams { place_sigma_px: f64::NAN, ..room }).contains("tracker.place_sigma_px"));
+    assert!(refused(2, TrackerParams { position_sigma_px: f64::NAN, ..room }).contains("tracker.position_sigma_px"));
     assert!(refused(2, TrackerParams { search_radius_wide_px: 1.0, ..room }).contains("search_radius_wide_px"));
     let same = vec![stereo_rig()[0]; 2];
     assert!(Tracker::new(same, room).is_err());

@@ -33,9 +33,9 @@ fn lens() -> Lens {
 }
 
 /// Mounted off the body's axes, so that `body_from_camera` matters.
-fn camera(lens: Lens, place_m: DVec3) -> Camera {
+fn camera(lens: Lens, position_m: DVec3) -> Camera {
     let aperture = Aperture { f_number: 2.0, transmission: 1.0, pupil: Pupil::ThinLens };
-    let mount = Pose::new(DQuat::from_euler(glam::EulerRot::XYZ, 0.1, -0.2, 0.05), place_m);
+    let mount = Pose::new(DQuat::from_euler(glam::EulerRot::XYZ, 0.1, -0.2, 0.05), position_m);
     Camera::new(lens, SIZE, mount, aperture, 3.0, RollOff::None).unwrap()
 }
 
@@ -119,7 +119,7 @@ fn found_by_scanning(camera: &Camera, times_s: &[f64], point_m: DVec3) -> Option
     };
     let pose = |y_px: f64| hand(time_s(y_px)).then(&camera.body_from_camera);
     let place = |y_px: f64| distorted_px(&camera.lens, pose(y_px).inverse().point(point_m));
-    let beyond = |y_px: f64| place(y_px).map(|place_px| place_px.y - y_px);
+    let beyond = |y_px: f64| place(y_px).map(|position_px| position_px.y - y_px);
     let rows: Vec<f64> = (0..times_s.len()).map(f64_from_usize).collect();
     let crossed: Vec<f64> = rows
         .windows(2)
@@ -163,16 +163,16 @@ fn flow_and_visibility_are_those_of_points_projected_and_looked_at_one_by_one() 
             let is_global = to_s[0] == to_s[1];
             let scanned = if is_global {
                 let pose = hand(to_s[0]).then(&other.body_from_camera);
-                distorted_px(&other.lens, pose.inverse().point(point_m)).map(|place_px| (place_px, pose))
+                distorted_px(&other.lens, pose.inverse().point(point_m)).map(|position_px| (position_px, pose))
             } else {
                 found_by_scanning(other, &to_s, point_m)
             };
-            let inside = |place_px: DVec2| {
-                let low = place_px.min_element();
-                low.min(159.0 - place_px.x).min(119.0 - place_px.y)
+            let inside = |position_px: DVec2| {
+                let low = position_px.min_element();
+                low.min(159.0 - position_px.x).min(119.0 - position_px.y)
             };
             // Within the picture's outermost half pixel the scan has no row on both sides; those pixels are left to the others.
-            let Some((place_px, there)) = scanned.filter(|(place_px, _)| inside(*place_px) >= 0.0) else {
+            let Some((position_px, there)) = scanned.filter(|(position_px, _)| inside(*position_px) >= 0.0) else {
                 let shift_px = DVec2::new(found.dx_px.at(x, y).into(), found.dy_px.at(x, y).into());
                 let beyond = !(shift_px.is_finite() && inside(here_px + shift_px) > 1e-3);
                 assert!(beyond, "{name} {x} {y}: {:?} at {shift_px}", found.seen.at(x, y));
@@ -180,7 +180,7 @@ fn flow_and_visibility_are_those_of_points_projected_and_looked_at_one_by_one() 
                 continue;
             };
             let shift_px = DVec2::new(found.dx_px.at(x, y).into(), found.dy_px.at(x, y).into());
-            let error_px = (here_px + shift_px - place_px).length();
+            let error_px = (here_px + shift_px - position_px).length();
             worst_px = worst_px.max(error_px);
             // A rounding to f32 of displacements below 256 px in two axes: 2^-17 px at most in each, 1.1e-5 px together. The
             // unprojection is good to 1e-9 px, the point's range to 1e-13 of it.

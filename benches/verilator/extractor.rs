@@ -13,7 +13,7 @@ use sensel::units::Size;
 
 use crate::front::{HEIGHT, WIDTH, picture};
 use crate::{median, program, verilator_frame};
-use sensel::words::PlacePx;
+use sensel::words::PositionPx;
 
 /// Pins of a record that are hashed behind its clock, in this order; the descriptor follows as words of 32 bits.
 const PINS: &[&str] = &["out_x_q4", "out_y_q4", "out_score", "out_angle", "out_octave"];
@@ -35,7 +35,7 @@ fn build(verilator: &str, params: &ExtractorParams) -> PathBuf {
 fn hash(extracted: &Extracted) -> u64 {
     let mut hash = 0xCBF2_9CE4_8422_2325_u64;
     for (feature, clk) in extracted.features.iter().zip(&extracted.out_clk) {
-        let [x, y] = [feature.x, feature.y].map(PlacePx::to_bits);
+        let [x, y] = [feature.x, feature.y].map(PositionPx::to_bits);
         let places = [x, y, feature.score, feature.angle.to_bits().into(), feature.octave.into()];
         let bits = feature.descriptor.as_chunks::<4>().0.iter().map(|&bytes| u32::from_le_bytes(bytes).into());
         let words = std::iter::once(*clk).chain(places.map(u64::from)).chain(bits);

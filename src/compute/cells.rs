@@ -29,7 +29,8 @@ pub(crate) struct CellLists {
 
 /// Whether a corner's whole patch lies in the picture.
 pub(crate) fn has_patch(size: Size, corner: &Corner) -> bool {
-    let inside = |place_px: u32, side_px: u32| place_px >= PATCH_MARGIN_PX && place_px + PATCH_MARGIN_PX < side_px;
+    let inside =
+        |position_px: u32, side_px: u32| position_px >= PATCH_MARGIN_PX && position_px + PATCH_MARGIN_PX < side_px;
     inside(corner.x_px, size.width_px) && inside(corner.y_px, size.height_px)
 }
 

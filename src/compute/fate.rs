@@ -143,8 +143,9 @@ fn in_octave<W: Word>(
             }
         }
     }
-    let is_inner =
-        |place_px: u32, side_px: u32| index(place_px) >= BORDER_PX && index(place_px) + BORDER_PX < index(side_px);
+    let is_inner = |position_px: u32, side_px: u32| {
+        index(position_px) >= BORDER_PX && index(position_px) + BORDER_PX < index(side_px)
+    };
     let fate = if !is_inner(x_px, picture.size().width_px) || !is_inner(y_px, picture.size().height_px) {
         Fate::AtEdge
     } else if own <= extracted.threshold {
@@ -175,7 +176,7 @@ fn of_corner<W: Word>(
         return Fate::Unselected { rank: own.rank, least_rank };
     }
     // In sixteenths of the full picture's pixels.
-    let place = |place_px: u32| (((place_px << 4) + 8) << octave) - 8;
+    let place = |position_px: u32| (((position_px << 4) + 8) << octave) - 8;
     let left = extracted.features.iter().position(|feature| {
         let [x, y] = [feature.x, feature.y].map(|place| u32::from(place.to_bits()));
         (feature.octave, x, y) == (octave, place(x_px), place(y_px))

@@ -1,14 +1,14 @@
 //! A feature, and counts of an extracted frame.
 
-use crate::words::{EdgeDistancePx, PlacePx, Turns, rounded};
+use crate::words::{EdgeDistancePx, PositionPx, Turns, rounded};
 
 /// A corner with its descriptor, as it leaves the sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Feature {
     /// Column in the full picture (octave 0 pixels); pixel centres are whole.
-    pub x: PlacePx,
+    pub x: PositionPx,
     /// Row in the full picture (octave 0 pixels); pixel centres are whole.
-    pub y: PlacePx,
+    pub y: PositionPx,
     /// FAST score: the largest threshold at which the corner survives, in DN of the pipeline.
     pub score: u16,
     /// Orientation, from +x towards +y (down).
@@ -33,7 +33,7 @@ impl Feature {
     /// The pixel (column, row) of the full picture whose area holds the place; a place on the seam between two belongs to the later
     /// one. The fit moves a place by up to a pixel of its octave, so the corner's own pixel is this one or a neighbour of it.
     pub fn pixel(&self) -> (u32, u32) {
-        let nearest = |place: PlacePx| rounded(EdgeDistancePx::from(place));
+        let nearest = |place: PositionPx| rounded(EdgeDistancePx::from(place));
         (nearest(self.x), nearest(self.y))
     }
 

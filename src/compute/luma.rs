@@ -7,7 +7,7 @@ use super::feature::Feature;
 use crate::events::{Event, Events};
 use crate::num::{low_u16, u32_from, u64_from};
 use crate::plane::Plane;
-use crate::words::PlacePx;
+use crate::words::PositionPx;
 
 /// Mean over `pattern_px` (columns, rows) to the right of and below each pixel, rounded down; at the far edges the last whole
 /// pattern is repeated. Panics on a picture smaller than its pattern.
@@ -42,7 +42,7 @@ pub(super) fn luma(codes: &Plane<u16>, pattern_px: (usize, usize), events: &mut 
 
 /// Moves features of the grey picture to where the light fell: half a pattern less half a pixel to the right and down.
 pub(super) fn place_in_mosaic(features: &mut [Feature], pattern_px: (usize, usize)) {
-    let half = |side_px: usize| PlacePx::saturating_from_num(side_px - 1) >> 1;
+    let half = |side_px: usize| PositionPx::saturating_from_num(side_px - 1) >> 1;
     let (right, down) = (half(pattern_px.0), half(pattern_px.1));
     for feature in features {
         feature.x = feature.x.saturating_add(right);
@@ -74,12 +74,12 @@ mod tests {
         let mut events = Events::default();
         assert_eq!(luma(&codes, (1, 1), &mut events), codes);
         assert_eq!(events, Events::default());
-        let (x, y) = (PlacePx::from_bits(33), PlacePx::MAX);
+        let (x, y) = (PositionPx::from_bits(33), PositionPx::MAX);
         let feature = Feature { x, y, score: 1, angle: crate::words::Turns::ZERO, octave: 0, descriptor: [0; 32] };
         let mut features = [feature, feature];
         place_in_mosaic(&mut features[..1], (1, 1));
         place_in_mosaic(&mut features[1..], (2, 4));
         assert_eq!(features[0], feature);
-        assert_eq!((features[1].x, features[1].y), (PlacePx::from_bits(41), PlacePx::MAX));
+        assert_eq!((features[1].x, features[1].y), (PositionPx::from_bits(41), PositionPx::MAX));
     }
 }

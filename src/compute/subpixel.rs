@@ -6,7 +6,7 @@ use fixed::types::extra::U4;
 use super::fast::{Corner, arc_difference_at};
 use super::word::Word;
 use crate::plane::Plane;
-use crate::words::{EdgeDistancePx, PlacePx, ShiftPx};
+use crate::words::{EdgeDistancePx, PositionPx, ShiftPx};
 
 /// From a pixel's edge to its centre.
 const HALF_PX: EdgeDistancePx = EdgeDistancePx::lit("0.5");
@@ -15,16 +15,16 @@ const HALF_PX: EdgeDistancePx = EdgeDistancePx::lit("0.5");
 ///
 /// The centre of a half-scale pixel lies between four pixels, so a place is scaled about the picture's corner, which is half
 /// a pixel before the first centre.
-pub(crate) fn place<W: Word>(picture: &Plane<W>, corner: &Corner, octave: u8, fit: bool) -> (PlacePx, PlacePx) {
+pub(crate) fn place<W: Word>(picture: &Plane<W>, corner: &Corner, octave: u8, fit: bool) -> (PositionPx, PositionPx) {
     let (right, down) = if fit { fitted_shift(&responses(picture, corner)) } else { (ShiftPx::ZERO, ShiftPx::ZERO) };
     (moved(corner.x_px, right, octave), moved(corner.y_px, down, octave))
 }
 
 /// A shift is within a pixel and corners are three pixels from the edge, so a place is never below zero.
-fn moved(pixel: u32, shift: ShiftPx, octave: u8) -> PlacePx {
+fn moved(pixel: u32, shift: ShiftPx, octave: u8) -> PositionPx {
     let centre = EdgeDistancePx::wrapping_from_num(pixel).wrapping_add(HALF_PX);
     let from_edge = centre.checked_add_signed(shift.into()).expect("corners are three pixels from the edge");
-    PlacePx::wrapping_from_num(from_edge.wrapping_shl(octave.into()).wrapping_sub(HALF_PX))
+    PositionPx::wrapping_from_num(from_edge.wrapping_shl(octave.into()).wrapping_sub(HALF_PX))
 }
 
 /// The arc difference at a corner and its eight neighbours, by rows; what the fit is made of.

@@ -63,14 +63,14 @@ impl Scenario {
                 return Err(Error::key(key, "", "is missing; give horizontal_fov_deg, or fx_px and fy_px"));
             }
         };
-        for (key, written, side_px, place_px) in [
+        for (key, written, side_px, position_px) in [
             ("optics.cx_px", optics.cx_px, size.width_px, &mut lens.intrinsics.cx_px),
             ("optics.cy_px", optics.cy_px, size.height_px, &mut lens.intrinsics.cy_px),
         ] {
             let last_px = f64::from(side_px) - 0.5;
-            *place_px = match written {
+            *position_px = match written {
                 Some(at_px) => within(key, at_px, -0.5..=last_px, &format!("-0.5 to {last_px}"))?,
-                None => *place_px,
+                None => *position_px,
             };
         }
         check_corners(optics, size, &lens)?;

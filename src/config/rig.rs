@@ -42,11 +42,11 @@ impl Scenario {
             [("mems_phone", Some(MEMS_PHONE)), ("adis16448", Some(ADIS16448)), ("ideal", Some(IDEAL)), ("none", None)];
         let preset = one_of("rig.imu", &rig.imu, &presets)?;
         let rate_hz = within("rig.imu_rate_hz", rig.imu_rate_hz, 1.0..=10_000.0, "1 to 10,000")?;
-        let place_m = place_m("rig.imu_position_mm", rig.imu_position_mm)?;
+        let position_m = position_m("rig.imu_position_mm", rig.imu_position_mm)?;
         let body_from_rig = unit_quaternion("rig.body_from_rig", rig.body_from_rig)?;
         Ok(preset.map(|mut noise| {
             noise.rate_hz = rate_hz;
-            Imu { noise, body_from_imu: Pose::new(DQuat::IDENTITY, body_from_rig * place_m) }
+            Imu { noise, body_from_imu: Pose::new(DQuat::IDENTITY, body_from_rig * position_m) }
         }))
     }
 }
@@ -59,17 +59,17 @@ fn along_baseline(rotation: DQuat, baseline_mm: f64) -> Result<Vec<Pose>, Error>
 
 fn placed(body_from_rig: DQuat, number: usize, camera: &RigCamera) -> Result<Pose, Error> {
     let key = |name: &str| format!("rig.camera.{number}.{name}");
-    let place_m = place_m(&key("position_mm"), camera.position_mm)?;
+    let position_m = position_m(&key("position_mm"), camera.position_mm)?;
     let turned = orientation(&key("orientation"), camera.orientation, camera.yaw_pitch_roll_deg)?;
     let rotation = turned.map_or(body_from_rig, |turned| (body_from_rig * turned).normalize());
-    Ok(Pose::new(rotation, body_from_rig * place_m))
+    Ok(Pose::new(rotation, body_from_rig * position_m))
 }
 
-fn place_m(key: &str, place_mm: [f64; 3]) -> Result<DVec3, Error> {
-    if place_mm.iter().all(|axis_mm| axis_mm.abs() <= PLACE_MM_MAX) {
-        return Ok(DVec3::from_array(place_mm) * 1e-3);
+fn position_m(key: &str, position_mm: [f64; 3]) -> Result<DVec3, Error> {
+    if position_mm.iter().all(|axis_mm| axis_mm.abs() <= PLACE_MM_MAX) {
+        return Ok(DVec3::from_array(position_mm) * 1e-3);
     }
-    Err(Error::key(key, format!("{place_mm:?}"), format!("out of range; use -{PLACE_MM_MAX} to {PLACE_MM_MAX}")))
+    Err(Error::key(key, format!("{position_mm:?}"), format!("out of range; use -{PLACE_MM_MAX} to {PLACE_MM_MAX}")))
 }
 
 /// An orientation from its quaternion x y z w, or from angles that turn x right, y down, z forward: to the right about y, then nose up

@@ -15,7 +15,7 @@ use super::verilator::{self, Build, sources};
 use crate::error::Error;
 use crate::num::{low_u16, u32_from};
 use crate::rtl_simulator::{FrameRequest, FrameResult, RowRequest, RtlSimulator};
-use crate::words::{PlacePx, Turns};
+use crate::words::{PositionPx, Turns};
 
 /// Bytes of a whole descriptor in a record.
 const DESCRIPTOR_BYTES: usize = 32;
@@ -123,7 +123,7 @@ impl Player {
     }
 
     fn record(&mut self, descriptor_bits: u32) -> Result<Record, Error> {
-        let (x_q4, y_q4) = (PlacePx::from_bits(self.get16()?), PlacePx::from_bits(self.get16()?));
+        let (x_q4, y_q4) = (PositionPx::from_bits(self.get16()?), PositionPx::from_bits(self.get16()?));
         let score = self.get16()?;
         let [angle, octave] = self.get()?;
         let mut descriptor = [0; DESCRIPTOR_BYTES];

@@ -8,7 +8,7 @@
 use crate::compute::Feature;
 use crate::num::{low_u8, low_u32, u64_from};
 use crate::units::FrameIndex;
-use crate::words::{PlacePx, Turns};
+use crate::words::{PositionPx, Turns};
 
 /// Bytes of a feature on the link.
 pub const FEATURE_BYTES: usize = 40;
@@ -65,7 +65,7 @@ pub(crate) fn parse(payload: &[u8]) -> Option<FeatureRecords> {
         return None;
     }
     let one = |_| {
-        let (x, y) = (PlacePx::from_le_bytes(reader.take()?), PlacePx::from_le_bytes(reader.take()?));
+        let (x, y) = (PositionPx::from_le_bytes(reader.take()?), PositionPx::from_le_bytes(reader.take()?));
         let score = reader.u16()?;
         let [angle, octave] = reader.take()?;
         Some(Feature { x, y, score, angle: Turns::from_bits(angle), octave, descriptor: reader.take()? })

@@ -264,8 +264,8 @@ impl Bearings {
         let mut corners = Vec::with_capacity((width + 1) * (height + 1));
         for y in 0..=height {
             for x in 0..=width {
-                let place_px = DVec2::new(f64_from_usize(x) - 0.5, f64_from_usize(y) - 0.5);
-                let bearing = lens.unproject(place_px).filter(|bearing| bearing.is_finite());
+                let position_px = DVec2::new(f64_from_usize(x) - 0.5, f64_from_usize(y) - 0.5);
+                let bearing = lens.unproject(position_px).filter(|bearing| bearing.is_finite());
                 corners.push(bearing.map_or([0.0; 3], |bearing| bearing.to_array().map(f32_nearest)));
             }
         }
@@ -346,10 +346,10 @@ mod tests {
                     let weights = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
                     let between: DVec3 =
                         (0..4).map(|corner| DVec3::from_array(corners[corner].map(f64::from)) * weights[corner]).sum();
-                    let place_px = DVec2::new(f64_from_usize(x) - 0.5 + u, f64_from_usize(y) - 0.5 + v);
+                    let position_px = DVec2::new(f64_from_usize(x) - 0.5 + u, f64_from_usize(y) - 0.5 + v);
                     let back_px = lens.project(between).unwrap();
                     // 1 / (4 f) = 0.001 px, and f32 bearings: 6e-8 times 250 px times the stretch of the corner, below 5e-5 px.
-                    assert!((back_px - place_px).length() < 0.001 + 5e-5, "{x} {y}: {back_px} for {place_px}");
+                    assert!((back_px - position_px).length() < 0.001 + 5e-5, "{x} {y}: {back_px} for {position_px}");
                     tried += 1;
                 }
             }

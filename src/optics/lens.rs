@@ -211,9 +211,9 @@ impl Lens {
 
     /// The unit bearing in the camera's frame that lands on a place of the picture (or outside it). None where no bearing
     /// of the domain does.
-    pub fn unproject(&self, place_px: DVec2) -> Option<DVec3> {
+    pub fn unproject(&self, position_px: DVec2) -> Option<DVec3> {
         let Intrinsics { fx_px, fy_px, cx_px, cy_px } = self.intrinsics;
-        let place = DVec2::new((place_px.x - cx_px) / fx_px, (place_px.y - cy_px) / fy_px);
+        let place = DVec2::new((position_px.x - cx_px) / fx_px, (position_px.y - cy_px) / fy_px);
         if !place.is_finite() {
             return None;
         }
@@ -225,8 +225,8 @@ impl Lens {
     ///
     /// A projection does not change along its ray, so its Jacobian J at the unit bearing maps the plane across the bearing to the
     /// picture, and the pseudo-inverse J'(J J')^-1 is the inverse of that map.
-    pub fn unproject_with_jacobian(&self, place_px: DVec2) -> Option<(DVec3, BearingJacobian)> {
-        let bearing = self.unproject(place_px)?;
+    pub fn unproject_with_jacobian(&self, position_px: DVec2) -> Option<(DVec3, BearingJacobian)> {
+        let bearing = self.unproject(position_px)?;
         let (_, [a, b]) = self.project_with_jacobian(bearing)?;
         let (a, b) = (DVec3::from_array(a), DVec3::from_array(b));
         let (aa, ab, bb) = (a.length_squared(), a.dot(b), b.length_squared());
@@ -244,8 +244,8 @@ impl Lens {
 
     fn to_picture(self, place: DVec2) -> Option<DVec2> {
         let Intrinsics { fx_px, fy_px, cx_px, cy_px } = self.intrinsics;
-        let place_px = DVec2::new(fx_px * place.x + cx_px, fy_px * place.y + cy_px);
-        place_px.is_finite().then_some(place_px)
+        let position_px = DVec2::new(fx_px * place.x + cx_px, fy_px * place.y + cy_px);
+        position_px.is_finite().then_some(position_px)
     }
 }
 

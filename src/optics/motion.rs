@@ -153,7 +153,7 @@ impl Turn {
 
     /// The translation in metres.
     #[inline(always)]
-    pub fn place_m(&self) -> [f32; 3] {
+    pub fn position_m(&self) -> [f32; 3] {
         [self.0[9], self.0[10], self.0[11]]
     }
 }
@@ -188,7 +188,7 @@ impl Turns {
 
     /// The translation in metres.
     #[inline(always)]
-    pub fn place_m(&self) -> Vectors {
+    pub fn position_m(&self) -> Vectors {
         [self.0[9], self.0[10], self.0[11]]
     }
 
@@ -196,14 +196,14 @@ impl Turns {
     #[inline(always)]
     pub fn rays(&self, rays: &Packet) -> Packet {
         let turned = self.turned(rays.origin_m);
-        let origin_m = unrolled!(AXIS in 3 => self.place_m()[AXIS] + turned[AXIS]);
+        let origin_m = unrolled!(AXIS in 3 => self.position_m()[AXIS] + turned[AXIS]);
         Packet { origin_m, direction: self.turned(rays.direction), ..*rays }
     }
 
     /// Rays of the frame that the poses lead to in that of the camera.
     #[inline(always)]
     pub fn rays_back(&self, rays: &Packet) -> Packet {
-        let from_m = unrolled!(AXIS in 3 => rays.origin_m[AXIS] - self.place_m()[AXIS]);
+        let from_m = unrolled!(AXIS in 3 => rays.origin_m[AXIS] - self.position_m()[AXIS]);
         Packet { origin_m: self.turned_back(from_m), direction: self.turned_back(rays.direction), ..*rays }
     }
 }
@@ -321,7 +321,7 @@ mod tests {
                 let share = f64::from(step) / 20.0;
                 let bearing = [Floats::splat(0.6), Floats::splat(0.0), Floats::splat(0.8)];
                 let turns = parabola.at(Floats::splat(f32_nearest(share)));
-                let (origin, direction) = (turns.place_m(), turns.turned(bearing));
+                let (origin, direction) = (turns.position_m(), turns.turned(bearing));
                 let exact = pose(share).direction(DVec3::new(0.6, 0.0, 0.8));
                 // Each coordinate sums two entries times 0.6 and 0.8; f32 adds some ten roundings of 2^-24.
                 let bound = 1.4 * 0.0081 * angle_rad * angle_rad * angle_rad + 10.0 * 6e-8;

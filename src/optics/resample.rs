@@ -66,8 +66,8 @@ impl<'a> CameraPixels<'a> {
     }
 
     fn place(&self, bearing: [f32; 3]) -> Option<DVec2> {
-        let place_px = self.lens.project(DVec3::from_array(bearing.map(f64::from)))?;
-        Some(place_px + 0.5)
+        let position_px = self.lens.project(DVec3::from_array(bearing.map(f64::from)))?;
+        Some(position_px + 0.5)
     }
 
     /// Top left, top right, bottom left, bottom right of each pixel of a row, with the share of light that roll-off leaves it; none where

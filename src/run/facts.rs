@@ -293,8 +293,8 @@ fn px_per_rad_max(camera: &Camera) -> f64 {
     let mut most: f64 = 0.0;
     for row in 0..LENS_PLACES {
         for column in 0..LENS_PLACES {
-            let place_px = DVec2::new(side(camera.size.width_px, column), side(camera.size.height_px, row));
-            let Some((_, jacobian)) = camera.lens.unproject_with_jacobian(place_px) else { continue };
+            let position_px = DVec2::new(side(camera.size.width_px, column), side(camera.size.height_px, row));
+            let Some((_, jacobian)) = camera.lens.unproject_with_jacobian(position_px) else { continue };
             let by = |axis: usize| DVec3::from_array(jacobian.map(|line| line[axis]));
             let (by_x, by_y) = (by(0), by(1));
             let (xx, xy, yy) = (by_x.length_squared(), by_x.dot(by_y), by_y.length_squared());

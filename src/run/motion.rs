@@ -77,8 +77,8 @@ pub fn placed(section: &MotionKeys, frames: u32, run: Span, assets: &dyn Assets)
     Ok(NotedMotion { motion, notes })
 }
 
-fn is_in_reach(place_m: DVec3) -> bool {
-    place_m.abs().cmple(DVec3::splat(PLACE_M_MAX)).all()
+fn is_in_reach(position_m: DVec3) -> bool {
+    position_m.abs().cmple(DVec3::splat(PLACE_M_MAX)).all()
 }
 
 /// Refuses a path that leaves the space that scenes have, or on which no picture could be taken.
@@ -206,7 +206,7 @@ fn sway(end_s: f64) -> Vec<TimedPose> {
         .map(|step| {
             let t_s = f64::from(step) * SWAY_STEP_S;
             let wave = |frequency_hz: f64| libm::sin(std::f64::consts::TAU * frequency_hz * t_s);
-            let place_m = DVec3::new(0.25 * wave(0.23), 0.04 * wave(0.9) + 0.05 * wave(0.31), 0.2 * wave(0.17));
+            let position_m = DVec3::new(0.25 * wave(0.23), 0.04 * wave(0.9) + 0.05 * wave(0.31), 0.2 * wave(0.17));
             let (yaw_rad, pitch_rad) = (0.35 * wave(0.19), 0.12 * wave(0.37));
             let about = |axis: DVec3, angle_rad: f64| {
                 let (sine, cosine) = libm::sincos(0.5 * angle_rad);
@@ -215,7 +215,7 @@ fn sway(end_s: f64) -> Vec<TimedPose> {
             // Half a turn about x brings z forward to -z and y down to -y.
             let level = about(DVec3::X, std::f64::consts::PI);
             let rotation = about(DVec3::Y, yaw_rad) * about(DVec3::X, pitch_rad) * level;
-            TimedPose { t_s, world_from_body: Pose::new(rotation.normalize(), place_m) }
+            TimedPose { t_s, world_from_body: Pose::new(rotation.normalize(), position_m) }
         })
         .collect()
 }

@@ -332,8 +332,8 @@ fn threads() -> u32 {
 
 /// Between the first two cameras; 0 where there is one.
 fn first_distance_mm(cameras: &[Camera]) -> f64 {
-    let place_m = |camera: &Camera| camera.body_from_camera.translation_m;
-    cameras.get(1).map_or(0.0, |second| 1e3 * (place_m(second) - place_m(&cameras[0])).length())
+    let position_m = |camera: &Camera| camera.body_from_camera.translation_m;
+    cameras.get(1).map_or(0.0, |second| 1e3 * (position_m(second) - position_m(&cameras[0])).length())
 }
 
 /// The light's spectrum, by name or temperature.

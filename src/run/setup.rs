@@ -381,7 +381,7 @@ pub(super) fn cameras(resolved: &Resolved, sensor: &SensorSetup) -> Result<(Vec<
     let read = Size { width_px: window.width_px, height_px: window.height_px };
     let array_lens = scenario.lens()?;
     let window_lens = array_lens.of_part(DVec2::new(window.x_px.into(), window.y_px.into()), 1.0);
-    let picture_lens = array_lens.of_part(first_place_px(geometry), geometry.binning().into());
+    let picture_lens = array_lens.of_part(first_position_px(geometry), geometry.binning().into());
     let (aperture, roll_off) = scenario.aperture()?;
     let infrared = within(
         "optics.infrared_transmission",
@@ -413,7 +413,7 @@ pub(super) fn calibrations(cameras: &[Camera]) -> Vec<CameraCalibration> {
 
 /// Place in the array of the picture's first pixel: the middle of the pixels that it is made of, and, behind colour filters, the mean
 /// over one pattern of the picture, since binned pixels of a mosaic do not lie evenly.
-fn first_place_px(geometry: &Geometry) -> DVec2 {
+fn first_position_px(geometry: &Geometry) -> DVec2 {
     let (mut sum, count) = (DVec2::ZERO, 4_u32);
     let step = f64::from(geometry.binning());
     for number in 0..count {

@@ -228,13 +228,13 @@ fn groin_vault(builder: &mut Builder, stuff: &HallMaterials, side: f32, z_m: f32
         builder.patch(stuff.plaster, [12, 10], &|s, t| {
             let reach_rad = std::f32::consts::FRAC_PI_2 * t;
             let (sine, cosine) = libm::sincosf(reach_rad * (2.0 * s - 1.0));
-            let mut place_m = middle_m;
-            place_m[along] += half_m[along] * toward * libm::sinf(reach_rad);
-            place_m[across] += half_m[across] * sine;
+            let mut position_m = middle_m;
+            position_m[along] += half_m[along] * toward * libm::sinf(reach_rad);
+            position_m[across] += half_m[across] * sine;
             let mut normal = [0.0, -cosine / rise_m, 0.0];
             normal[2 * across] = -sine / half_m[across];
             let normal = unit(normal).unwrap_or([0.0, -1.0, 0.0]);
-            let [x, z] = place_m;
+            let [x, z] = position_m;
             Vertex { position_m: [x, springing_m + rise_m * cosine, z], normal, uv: [x / 3.0, z / 3.0] }
         });
     }

@@ -234,7 +234,7 @@ impl MovingObject {
         let around = |&(middle_m, radius_m): &(DVec3, f64)| {
             let places = poses.map(|pose| pose.point(middle_m));
             let middle_m = places[INSTANTS / 2];
-            let strays_m = places.iter().fold(0.0, |most, place_m| greater(most, place_m.distance(middle_m)));
+            let strays_m = places.iter().fold(0.0, |most, position_m| greater(most, position_m.distance(middle_m)));
             (middle_m.to_array().map(f32_nearest), f32_nearest(radius_m + (1.0 + STRAY) * strays_m))
         };
         (around(&self.ball_m), self.balls_m.iter().map(around).collect())

@@ -110,7 +110,7 @@ impl Problem<'_> {
         for o in &self.observations {
             let in_body_m = rotations[index(o.pose)] * points_m[index(o.point)] + poses[index(o.pose)].translation_m;
             let at_row_m = o.row_from_frame.point(in_body_m);
-            take(error2(&self.cameras[index(o.camera.0)], at_row_m, (o.place_px, o.inverse_sigma)));
+            take(error2(&self.cameras[index(o.camera.0)], at_row_m, (o.position_px, o.inverse_sigma)));
         }
     }
 
@@ -149,7 +149,7 @@ impl Problem<'_> {
             let (pose, point) = (index(o.pose), index(o.point));
             let in_body_m = rotations[pose] * self.points_m[point] + self.poses[pose].translation_m;
             let camera = &self.cameras[index(o.camera.0)];
-            let place = (o.place_px, o.inverse_sigma);
+            let place = (o.position_px, o.inverse_sigma);
             let linear = linearise(camera, in_body_m, &o.row_from_frame, place);
             let Some(Linear { error, mut by_pose, mut by_body, .. }) = linear else { continue };
             let weight = law.weight(error.length_squared());
@@ -349,13 +349,13 @@ mod tests {
         for (point, point_m) in points_m.iter().enumerate() {
             for (pose, body_from_world) in poses.iter().enumerate() {
                 for (camera, rig) in cameras.iter().enumerate() {
-                    let Some((place_px, _)) = rig.project_with_jacobian(body_from_world.point(*point_m)) else {
+                    let Some((position_px, _)) = rig.project_with_jacobian(body_from_world.point(*point_m)) else {
                         continue;
                     };
                     let [pose, point, camera] = [pose, point, camera].map(crate::num::u32_from);
                     let camera = CameraIndex(camera);
                     let (inverse_sigma, row_from_frame) = (2.0, Pose::IDENTITY);
-                    observations.push(Observation { pose, point, camera, place_px, inverse_sigma, row_from_frame });
+                    observations.push(Observation { pose, point, camera, position_px, inverse_sigma, row_from_frame });
                 }
             }
         }

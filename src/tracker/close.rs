@@ -217,7 +217,7 @@ impl Loop {
         self.found.iter().map(move |found| {
             let keypoint = &views[index(found.camera.0)].keypoints[found.keypoint];
             let same = |s: &Sighting| {
-                Some(s.keyframe) == keyframe && s.camera == found.camera && s.place_px == keypoint.place_px
+                Some(s.keyframe) == keyframe && s.camera == found.camera && s.position_px == keypoint.position_px
             };
             let holder = (0..map.landmarks.len()).find(|&l| map.landmarks[l].sightings.iter().any(same));
             (keypoint, found, holder)

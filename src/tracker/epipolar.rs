@@ -123,9 +123,9 @@ pub fn triangulate(rays: &[Ray<'_>; 2]) -> Option<Fix> {
     }
     let mut miss2_px2 = 0.0;
     for ray in rays {
-        let (place_px, _) = ray.camera.project_with_jacobian(ray.body_from_world.point(point_m))?;
+        let (position_px, _) = ray.camera.project_with_jacobian(ray.body_from_world.point(point_m))?;
         let scale = ray.keypoint.scale;
-        miss2_px2 = greater(miss2_px2, (place_px - ray.keypoint.place_px).length_squared() / (scale * scale));
+        miss2_px2 = greater(miss2_px2, (position_px - ray.keypoint.position_px).length_squared() / (scale * scale));
     }
     let parallax_rad = angle_between(point_m - o1, point_m - o2);
     point_m.is_finite().then_some(Fix { point_m, miss2_px2, parallax_rad })
@@ -136,8 +136,8 @@ fn step(rays: &[Ray<'_>; 2], point_m: DVec3) -> Option<DVec3> {
     let (mut hessian, mut gradient) = (DMat3::ZERO, DVec3::ZERO);
     for ray in rays {
         let rotation = DMat3::from_quat(ray.body_from_world.rotation).transpose();
-        let (place_px, by_body) = ray.camera.project_with_jacobian(ray.body_from_world.point(point_m))?;
-        let miss: DVec2 = (ray.keypoint.place_px - place_px) / ray.keypoint.scale;
+        let (position_px, by_body) = ray.camera.project_with_jacobian(ray.body_from_world.point(point_m))?;
+        let miss: DVec2 = (ray.keypoint.position_px - position_px) / ray.keypoint.scale;
         for (row, miss) in by_body.iter().zip(miss.to_array()) {
             let row = rotation * DVec3::from_array(*row) / ray.keypoint.scale;
             hessian += DMat3::from_cols(row * row.x, row * row.y, row * row.z);

@@ -146,7 +146,7 @@ impl Growth<'_> {
                     (band, rule),
                     &mut work.descriptors_compared,
                 );
-                let parallax_rad_min = PARALLAX_SIGMAS_MIN * self.params.place_sigma_px / self.cameras[a].focal_px;
+                let parallax_rad_min = PARALLAX_SIGMAS_MIN * self.params.position_sigma_px / self.cameras[a].focal_px;
                 let fix = |(i, j): (usize, usize)| {
                     let rays =
                         [Ray::new(&self.cameras[a], state, &first[i]), Ray::new(&self.cameras[b], state, &second[j])];
@@ -171,10 +171,10 @@ impl Growth<'_> {
     /// Whether enough of the pairs around a pair have its depth. A pair without neighbours stands.
     fn neighbours_agree(&self, camera: usize, (own, fix): (usize, &Fix), fixes: &[(usize, usize, Fix)]) -> bool {
         let keypoints = &self.views[camera].keypoints;
-        let noise_rad = NEIGHBOUR_SIGMAS * self.params.place_sigma_px / self.cameras[camera].focal_px;
+        let noise_rad = NEIGHBOUR_SIGMAS * self.params.position_sigma_px / self.cameras[camera].focal_px;
         let (mut neighbours, mut agreeing) = (0, 0);
         for (other, _, near) in fixes.iter().filter(|(other, _, _)| *other != own) {
-            let apart_px2 = (keypoints[*other].place_px - keypoints[own].place_px).length_squared();
+            let apart_px2 = (keypoints[*other].position_px - keypoints[own].position_px).length_squared();
             if apart_px2 <= NEIGHBOUR_PX * NEIGHBOUR_PX {
                 neighbours += 1;
                 let difference_rad = (near.parallax_rad - fix.parallax_rad).abs();
@@ -229,13 +229,13 @@ impl Growth<'_> {
     }
 
     fn band(&self, camera: usize) -> Band {
-        let noise_rad = BAND_SIGMAS * self.params.place_sigma_px / self.cameras[camera].focal_px;
+        let noise_rad = BAND_SIGMAS * self.params.position_sigma_px / self.cameras[camera].focal_px;
         Band { off_plane_rad_max: noise_rad, range_m_min: self.params.range_m_min, beyond_rad_max: noise_rad }
     }
 
     fn accepted(&self, rays: &[Ray<'_>; 2], parallax_rad_min: f64) -> Option<Fix> {
         let fix = triangulate(rays)?;
-        let sigma2 = self.params.place_sigma_px * self.params.place_sigma_px;
+        let sigma2 = self.params.position_sigma_px * self.params.position_sigma_px;
         (fix.miss2_px2 <= NEW_POINT_SIGMAS2 * sigma2 && fix.parallax_rad >= parallax_rad_min).then_some(fix)
     }
 }
@@ -277,7 +277,7 @@ pub fn refine_rates(map: &mut Map, cameras: &[RigCamera], begun: &Begun) {
             let of = |s: &Sighting| PointMeasurement {
                 camera: s.camera,
                 point_in_world_m: landmark.position_m,
-                place_px: s.place_px,
+                position_px: s.position_px,
                 inverse_sigma: s.inverse_sigma,
                 offset_s: s.offset_s,
             };

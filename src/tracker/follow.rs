@@ -269,7 +269,7 @@ impl Tracker {
             return TrackerState::Lost { history };
         }
         self.map = Map::default();
-        self.params.place_sigma_px = self.place_sigma_px_min;
+        self.params.position_sigma_px = self.position_sigma_px_min;
         TrackerState::Waiting
     }
 }

@@ -88,9 +88,9 @@ impl Tracker {
         if made < self.params.start_landmarks_min {
             return None;
         }
-        let shown_px = self.place_sigma_px_min * greater(begun.noise_sigmas.unwrap_or(1.0), 1.0);
-        let most_px = UNPROVEN_NOISE * self.place_sigma_px_min;
-        self.place_sigma_px_max = begun.noise_sigmas.map_or(most_px, |_| lesser(PROVEN_NOISE * shown_px, most_px));
+        let shown_px = self.position_sigma_px_min * greater(begun.noise_sigmas.unwrap_or(1.0), 1.0);
+        let most_px = UNPROVEN_NOISE * self.position_sigma_px_min;
+        self.position_sigma_px_max = begun.noise_sigmas.map_or(most_px, |_| lesser(PROVEN_NOISE * shown_px, most_px));
         self.mono_initialiser.clear();
         self.pending.set_reach(REACH_WITHOUT_DEPTH);
         let first = VelocityModel {

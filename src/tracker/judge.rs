@@ -73,10 +73,10 @@ impl Tracker {
             |(miss_px, keypoint): (DVec2, &Keypoint)| (miss_px * params.inverse_sigma(keypoint.scale)).length_squared();
         let errors2: Vec<f64> = self.misses_px(views, located, &located.state).map(error2).collect();
         let Some(median) = upper_median(&errors2) else { return };
-        let (now_px, least_px) = (params.place_sigma_px, self.place_sigma_px_min);
+        let (now_px, least_px) = (params.position_sigma_px, self.position_sigma_px_min);
         let shown_px2 = now_px * now_px * median / MEDIAN_SIGMAS2;
         let smoothed_px2 = now_px * now_px + (shown_px2 - now_px * now_px) / NOISE_FRAMES;
-        self.params.place_sigma_px = smoothed_px2.sqrt().clamp(least_px, self.place_sigma_px_max);
+        self.params.position_sigma_px = smoothed_px2.sqrt().clamp(least_px, self.position_sigma_px_max);
     }
 
     /// Counts predicted and matched landmarks for culling, and updates the noise. Gives the inliers and the number of distinct
@@ -124,8 +124,8 @@ impl Tracker {
         located.inliers.iter().filter_map(|found| {
             let keypoint = &views[index(found.camera.0)].keypoints[found.keypoint];
             let landmark_m = state.at(keypoint.offset_s).point(self.map.landmarks[found.landmark].position_m);
-            let place_px = self.cameras[index(found.camera.0)].place(landmark_m)?;
-            Some((keypoint.place_px - place_px, keypoint))
+            let position_px = self.cameras[index(found.camera.0)].place(landmark_m)?;
+            Some((keypoint.position_px - position_px, keypoint))
         })
     }
 

@@ -215,10 +215,10 @@ impl Localiser<'_> {
             let mut visible = false;
             for (camera, view) in self.views.iter().enumerate() {
                 work.projections += 1;
-                let Some(place_px) = view.project(&self.cameras[camera], in_body_m, state) else { continue };
+                let Some(position_px) = view.project(&self.cameras[camera], in_body_m, state) else { continue };
                 visible = true;
                 let mut best = Best::NONE;
-                for keypoint in view.near(place_px, radius_px) {
+                for keypoint in view.near(position_px, radius_px) {
                     work.descriptors_compared += crate::num::u64_from(landmark.descriptors.len());
                     best.offer(keypoint, landmark.distance(&view.keypoints[keypoint].descriptor));
                 }

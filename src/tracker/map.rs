@@ -32,7 +32,7 @@ const PROBATION_KEYFRAMES: u32 = 3;
 pub struct Sighting {
     pub keyframe: u32,
     pub camera: CameraIndex,
-    pub place_px: DVec2,
+    pub position_px: DVec2,
     /// One over the standard deviation per axis, in 1/px.
     pub inverse_sigma: f64,
     /// From the time of the keyframe to that of the place's row, in seconds.
@@ -43,7 +43,7 @@ impl Sighting {
     /// A keypoint of a keyframe's camera.
     pub fn of((keyframe, camera): (u32, CameraIndex), keypoint: &Keypoint, params: &TrackerParams) -> Self {
         let inverse_sigma = params.inverse_sigma(keypoint.scale);
-        Self { keyframe, camera, place_px: keypoint.place_px, inverse_sigma, offset_s: keypoint.offset_s }
+        Self { keyframe, camera, position_px: keypoint.position_px, inverse_sigma, offset_s: keypoint.offset_s }
     }
 }
 
@@ -249,9 +249,9 @@ impl Map {
                 let keyframe = self.keyframes.binary_search_by_key(&sighting.keyframe, |k| k.id);
                 let Some(pose) = keyframe.ok().and_then(|keyframe| number[keyframe]) else { continue };
                 let row_from_frame = self.keyframes[keyframes[index(pose)]].state.row_from_frame(sighting.offset_s);
-                let Sighting { camera, place_px, inverse_sigma, .. } = *sighting;
+                let Sighting { camera, position_px, inverse_sigma, .. } = *sighting;
                 let point = u32_from(point);
-                observations.push(Observation { pose, point, camera, place_px, inverse_sigma, row_from_frame });
+                observations.push(Observation { pose, point, camera, position_px, inverse_sigma, row_from_frame });
             }
         }
         let poses = keyframes.iter().map(|&keyframe| self.keyframes[keyframe].state.body_from_world).collect();
@@ -374,7 +374,7 @@ mod tests {
         let sighting = |keyframe: u32| Sighting {
             keyframe,
             camera: CameraIndex(0),
-            place_px: DVec2::ZERO,
+            position_px: DVec2::ZERO,
             inverse_sigma: 1.0,
             offset_s: 0.0,
         };

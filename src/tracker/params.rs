@@ -10,7 +10,7 @@ pub struct TrackerParams {
     /// Seed of the searches after loss.
     pub seed: u64,
     /// Standard deviation of a full-size corner's place, per axis, in pixels; > 0.
-    pub place_sigma_px: f64,
+    pub position_sigma_px: f64,
     /// Radius around a predicted place within which a landmark is searched first, in pixels; > 0.
     pub search_radius_px: f64,
     /// The same where the first search fails; at least the first.
@@ -53,7 +53,7 @@ impl TrackerParams {
         Self {
             window: 10,
             seed,
-            place_sigma_px: 0.6,
+            position_sigma_px: 0.6,
             search_radius_px: 14.0,
             search_radius_wide_px: 40.0,
             distance_bits_max: 64,
@@ -76,7 +76,7 @@ impl TrackerParams {
 
     /// Weight of a place whose standard deviation is `scale` times that of a full-size corner, in 1/px.
     pub(crate) fn inverse_sigma(&self, scale: f64) -> f64 {
-        1.0 / (self.place_sigma_px * scale)
+        1.0 / (self.position_sigma_px * scale)
     }
 
     pub(crate) fn check(&self) -> Result<(), Error> {
@@ -100,7 +100,7 @@ impl TrackerParams {
         within("tracker.samples_max", self.samples_max, 1, 100_000)?;
         within("tracker.keyframes_max", self.keyframes_max, self.window, 10_000)?;
         within("tracker.landmarks_max", self.landmarks_max, 100, 1_000_000)?;
-        positive("tracker.place_sigma_px", self.place_sigma_px)?;
+        positive("tracker.position_sigma_px", self.position_sigma_px)?;
         positive("tracker.search_radius_px", self.search_radius_px)?;
         positive("tracker.range_m_min", self.range_m_min)?;
         positive("tracker.keyframe_distance_m", self.keyframe_distance_m)?;

@@ -15,7 +15,7 @@ pub struct Observation {
     /// Camera of the rig.
     pub camera: CameraIndex,
     /// Place on its picture.
-    pub place_px: DVec2,
+    pub position_px: DVec2,
     /// One over the standard deviation of the place, per axis, in 1/px.
     pub inverse_sigma: f64,
     /// The body's motion from the time of its pose to that of the place's row.

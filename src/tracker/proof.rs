@@ -199,7 +199,7 @@ impl Hypothesis<'_> {
                     pose: u32_from((view + views - 1) % views),
                     point: u32_from(point),
                     camera: CameraIndex(0),
-                    place_px: keypoint.place_px,
+                    position_px: keypoint.position_px,
                     inverse_sigma: self.params.inverse_sigma(keypoint.scale),
                     row_from_frame,
                 });
@@ -278,12 +278,12 @@ mod tests {
                 let off = |axis: u64| {
                     SIGMA_PX * 3_f64.sqrt() * (2.0 * own.with(9 + u64_from(view)).with(axis).uniform() - 1.0)
                 };
-                let place_px =
+                let position_px =
                     camera.place(pose.point(point_m)).expect("before the camera") + DVec2::new(off(0), off(1));
-                let bearing = camera.calibration.lens.unproject(place_px).expect("a pinhole");
+                let bearing = camera.calibration.lens.unproject(position_px).expect("a pinhole");
                 let (descriptor, bearing_at_frame_time) = (Descriptor::new(&[0; 32]), bearing);
                 let (feature, offset_s, scale, octave) = (0, 0.0, 1.0, 0);
-                Keypoint { feature, place_px, offset_s, bearing, bearing_at_frame_time, scale, octave, descriptor }
+                Keypoint { feature, position_px, offset_s, bearing, bearing_at_frame_time, scale, octave, descriptor }
             };
             (0..100).map(keypoint).collect()
         };
@@ -299,7 +299,8 @@ mod tests {
         let seen = |(view, keypoints)| PathView { t_s: f64_from_usize(view), keypoints, rate: None, pairs: &pairs };
         let views: Vec<PathView<'_>> = all.iter().map(|keypoints| &keypoints[..]).enumerate().map(seen).collect();
         let params = TrackerParams::room(seed);
-        let search = TwoViewSettings { sigma_rad: params.place_sigma_px / 320.0, samples_max: 400, confidence: 0.999 };
+        let search =
+            TwoViewSettings { sigma_rad: params.position_sigma_px / 320.0, samples_max: 400, confidence: 0.999 };
         let hypothesis = Hypothesis { cameras: &cameras, params: &params, views: &views, search };
         let found = two_view(&hypothesis.of_tracks(&(0..100).collect::<Vec<_>>()), &search, key)?;
         hypothesis.prove(&found, key, &mut TrackerWork::default())
@@ -317,7 +318,7 @@ mod tests {
                 // What the halves may differ by; the whole has half of it.
                 assert!(last.translation_m.angle_between(DVec3::X) < HALVES_RAD_MAX, "seed {seed}: {last:?}");
                 assert!(path.points_m.len() >= 50, "seed {seed}: {} points", path.points_m.len());
-                noise_px.push(path.noise_sigmas * TrackerParams::room(0).place_sigma_px);
+                noise_px.push(path.noise_sigmas * TrackerParams::room(0).position_sigma_px);
             }
         }
         // Residuals mix errors: between a normal law's 0.5 px and a uniform one's, whose squares have their median at

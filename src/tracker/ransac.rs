@@ -102,11 +102,11 @@ mod tests {
         for n in 0..100 {
             let in_body_m = DVec3::new(number(n, 1), number(n, 2), 2.5 + number(n, 3));
             let wrong_px = if n % 2 == 0 { 0.0 } else { 30.0 + 90.0 * number(n, 4).abs() };
-            let place_px = cameras[0].project_with_jacobian(in_body_m).unwrap().0 + DVec2::new(wrong_px, -wrong_px);
+            let position_px = cameras[0].project_with_jacobian(in_body_m).unwrap().0 + DVec2::new(wrong_px, -wrong_px);
             let point_in_world_m = truth.inverse().point(in_body_m);
             let (camera, inverse_sigma, offset_s) = (CameraIndex(0), 1.0, 0.0);
-            measurements.push(PointMeasurement { camera, point_in_world_m, place_px, inverse_sigma, offset_s });
-            bearings.push(cameras[0].calibration.lens.unproject(place_px).unwrap());
+            measurements.push(PointMeasurement { camera, point_in_world_m, position_px, inverse_sigma, offset_s });
+            bearings.push(cameras[0].calibration.lens.unproject(position_px).unwrap());
         }
         let found = |key| search(&cameras, (&measurements, &bearings), DrawKey(key), LIMITS).unwrap();
         let (first, again) = (found(5), found(5));

@@ -25,7 +25,7 @@ pub struct PointMeasurement {
     /// The point in metres.
     pub point_in_world_m: DVec3,
     /// Where it was found.
-    pub place_px: DVec2,
+    pub position_px: DVec2,
     /// One over the standard deviation of the place, per axis, in 1/px.
     pub inverse_sigma: f64,
     /// From the time of the frame to that of the place's row, in seconds.
@@ -36,7 +36,7 @@ impl PointMeasurement {
     /// Of a point that a camera saw as a keypoint.
     pub fn of(camera: CameraIndex, keypoint: &Keypoint, point_in_world_m: DVec3, params: &TrackerParams) -> Self {
         let inverse_sigma = params.inverse_sigma(keypoint.scale);
-        Self { camera, point_in_world_m, place_px: keypoint.place_px, inverse_sigma, offset_s: keypoint.offset_s }
+        Self { camera, point_in_world_m, position_px: keypoint.position_px, inverse_sigma, offset_s: keypoint.offset_s }
     }
 }
 
@@ -65,7 +65,7 @@ pub fn linearise(
     camera: &RigCamera,
     point_in_body_m: DVec3,
     row_from_frame: &Pose,
-    (place_px, inverse_sigma): (DVec2, f64),
+    (position_px, inverse_sigma): (DVec2, f64),
 ) -> Option<Linear> {
     let at_row_m = row_from_frame.point(point_in_body_m);
     let (predicted_px, by_row) = camera.project_with_jacobian(at_row_m)?;
@@ -80,7 +80,7 @@ pub fn linearise(
         })
     };
     Some(Linear {
-        error: (place_px - predicted_px) * inverse_sigma,
+        error: (position_px - predicted_px) * inverse_sigma,
         by_pose: by_pose(point_in_body_m, by_body),
         by_row_pose: by_pose(at_row_m, by_row),
         by_body,
@@ -178,9 +178,9 @@ impl ErrorModel {
 
 /// Squared error of a place, in sigmas, for a point of the body's frame at the row's time.
 #[inline]
-pub fn error2(camera: &RigCamera, at_row_m: DVec3, (place_px, inverse_sigma): (DVec2, f64)) -> f64 {
+pub fn error2(camera: &RigCamera, at_row_m: DVec3, (position_px, inverse_sigma): (DVec2, f64)) -> f64 {
     camera.place(at_row_m).map_or(UNSEEN_SIGMAS2, |predicted_px| {
-        ((place_px - predicted_px) * inverse_sigma).length_squared().clamp(0.0, UNSEEN_SIGMAS2)
+        ((position_px - predicted_px) * inverse_sigma).length_squared().clamp(0.0, UNSEEN_SIGMAS2)
     })
 }
 
@@ -190,7 +190,7 @@ pub fn errors2(cameras: &[RigCamera], measurements: &[PointMeasurement], state: 
     let of = |m: &PointMeasurement| {
         let in_body_m = rotation * m.point_in_world_m + state.body_from_world.translation_m;
         let at_row_m = if m.offset_s == 0.0 { in_body_m } else { state.row_from_frame(m.offset_s).point(in_body_m) };
-        error2(&cameras[index(m.camera.0)], at_row_m, (m.place_px, m.inverse_sigma))
+        error2(&cameras[index(m.camera.0)], at_row_m, (m.position_px, m.inverse_sigma))
     };
     measurements.iter().map(of).collect()
 }
@@ -344,7 +344,7 @@ impl FrameProblem<'_> {
             let in_body_m = rotation * m.point_in_world_m + state.body_from_world.translation_m;
             let row_from_frame = state.row_from_frame(m.offset_s);
             let camera = &self.cameras[index(m.camera.0)];
-            let linear = linearise(camera, in_body_m, &row_from_frame, (m.place_px, m.inverse_sigma));
+            let linear = linearise(camera, in_body_m, &row_from_frame, (m.position_px, m.inverse_sigma));
             let Some(linear) = linear else { continue };
             let weight = weight_of(linear.error.length_squared());
             for axis in 0..2 {

@@ -60,7 +60,7 @@ impl RigCamera {
 
     /// Projection of a point of the body's frame; `None` outside the lens' field or outside the picture.
     pub fn project(&self, point_in_body_m: DVec3) -> Option<DVec2> {
-        self.place(point_in_body_m).filter(|&place_px| self.contains(place_px))
+        self.place(point_in_body_m).filter(|&position_px| self.contains(position_px))
     }
 
     /// The place of [`RigCamera::project_with_jacobian`] alone, to the same bits.
@@ -80,10 +80,10 @@ impl RigCamera {
         if !self.may_see(point_m) {
             return None;
         }
-        let (place_px, by_camera) = self.calibration.lens.project_with_jacobian(point_m)?;
+        let (position_px, by_camera) = self.calibration.lens.project_with_jacobian(point_m)?;
         let transposed = self.rotation.transpose();
         let row = |r: [f64; 3]| (transposed * DVec3::from_array(r)).to_array();
-        place_px.is_finite().then(|| (place_px, [row(by_camera[0]), row(by_camera[1])]))
+        position_px.is_finite().then(|| (position_px, [row(by_camera[0]), row(by_camera[1])]))
     }
 
     /// Refuses points behind the camera, and points so far aside that the distortion polynomial may fold them back. Models of wide lenses
@@ -104,12 +104,12 @@ impl RigCamera {
             && point_m.y.abs() <= point_m.z * half(size.height_px, intrinsics.cy_px, intrinsics.fy_px)
     }
 
-    fn contains(&self, place_px: DVec2) -> bool {
+    fn contains(&self, position_px: DVec2) -> bool {
         let size = self.calibration.size;
-        place_px.x >= 0.0
-            && place_px.y >= 0.0
-            && place_px.x <= f64::from(size.width_px) - 1.0
-            && place_px.y <= f64::from(size.height_px) - 1.0
+        position_px.x >= 0.0
+            && position_px.y >= 0.0
+            && position_px.x <= f64::from(size.width_px) - 1.0
+            && position_px.y <= f64::from(size.height_px) - 1.0
     }
 }
 
@@ -119,14 +119,14 @@ pub struct Keypoint {
     /// Place in the camera's list of the frame.
     pub feature: u32,
     /// Place on the picture.
-    pub place_px: DVec2,
+    pub position_px: DVec2,
     /// Time of its row minus time of the frame, in seconds.
     pub offset_s: f64,
     /// Unit vector in the camera's frame.
     pub bearing: DVec3,
     /// The bearing that it would have had at the frame's time: the rotation between the two times is taken off, translation is not.
     pub bearing_at_frame_time: DVec3,
-    /// Standard deviation of the place, per axis, in units of the tracker's `place_sigma_px`: 1 at full size.
+    /// Standard deviation of the place, per axis, in units of the tracker's `position_sigma_px`: 1 at full size.
     pub scale: f64,
     /// Half-scale octave.
     pub octave: u8,
@@ -157,17 +157,17 @@ impl CameraKeypoints {
         let size = camera.calibration.size;
         let mut keypoints = Vec::with_capacity(features.len());
         for (number, feature) in features.iter().enumerate() {
-            let place_px = DVec2::new(feature.x_px(), feature.y_px());
-            if feature.descriptor == [0; 32] || !camera.contains(place_px) {
+            let position_px = DVec2::new(feature.x_px(), feature.y_px());
+            if feature.descriptor == [0; 32] || !camera.contains(position_px) {
                 continue;
             }
-            let Some(bearing) = camera.calibration.lens.unproject(place_px) else { continue };
+            let Some(bearing) = camera.calibration.lens.unproject(position_px) else { continue };
             let scale = f64::from(1_u32 << feature.octave.min(8));
             let descriptor = Descriptor::new(&feature.descriptor);
             keypoints.push(Keypoint {
                 feature: u32_from(number),
-                place_px,
-                offset_s: clock.row_offset_s(place_px.y, size),
+                position_px,
+                offset_s: clock.row_offset_s(position_px.y, size),
                 bearing,
                 bearing_at_frame_time: bearing,
                 scale,
@@ -182,7 +182,7 @@ impl CameraKeypoints {
         let buckets = |extent_px: u32| bucket(f64::from(extent_px)) + 1;
         let (columns, rows) = (buckets(size.width_px), buckets(size.height_px));
         let cell = |keypoint: &Keypoint| {
-            bucket(keypoint.place_px.y).min(rows - 1) * columns + bucket(keypoint.place_px.x).min(columns - 1)
+            bucket(keypoint.position_px.y).min(rows - 1) * columns + bucket(keypoint.position_px.x).min(columns - 1)
         };
         let mut starts = vec![0_u32; columns * rows + 1];
         for keypoint in &keypoints {
@@ -217,35 +217,35 @@ impl CameraKeypoints {
 
     /// Place of a point of the body's frame at the frame's time, on the row that sees it.
     pub fn project(&self, camera: &RigCamera, point_in_body_m: DVec3, state: &Moving) -> Option<DVec2> {
-        let mut place_px = camera.project(point_in_body_m)?;
+        let mut position_px = camera.project(point_in_body_m)?;
         if self.clock.sweeps() {
             // The row's time depends on the row: at 1,000 px/s and 33 us a row each round leaves 3 % of the last one's change.
             for _ in 0..2 {
-                let offset_s = self.clock.row_offset_s(place_px.y, camera.calibration.size);
-                place_px = camera.project(state.soon(point_in_body_m, offset_s))?;
+                let offset_s = self.clock.row_offset_s(position_px.y, camera.calibration.size);
+                position_px = camera.project(state.soon(point_in_body_m, offset_s))?;
             }
         }
-        Some(place_px)
+        Some(position_px)
     }
 
     /// Numbers of the keypoints within a radius of a place, bucket by bucket; the order is fixed by the input.
-    pub fn near(&self, place_px: DVec2, radius_px: f64) -> impl Iterator<Item = usize> + '_ {
+    pub fn near(&self, position_px: DVec2, radius_px: f64) -> impl Iterator<Item = usize> + '_ {
         let range = |centre: f64, count: usize| {
             let last = bucket(centre + radius_px).min(count - 1);
             bucket(centre - radius_px).min(count - 1)..last + 1
         };
-        let (columns, rows) = (range(place_px.x, self.columns), range(place_px.y, self.rows));
+        let (columns, rows) = (range(position_px.x, self.columns), range(position_px.y, self.rows));
         let radius2 = radius_px * radius_px;
         rows.flat_map(move |row| {
             let from = index(self.starts[row * self.columns + columns.start]);
             let to = index(self.starts[row * self.columns + columns.end]);
             self.members[from..to].iter().map(|&member| index(member))
         })
-        .filter(move |&member| (self.keypoints[member].place_px - place_px).length_squared() <= radius2)
+        .filter(move |&member| (self.keypoints[member].position_px - position_px).length_squared() <= radius2)
     }
 }
 
 /// Bucket of a coordinate; negative ones fall into the first.
-fn bucket(place_px: f64) -> usize {
-    index(crate::num::u32_truncated(place_px / BUCKET_PX))
+fn bucket(position_px: f64) -> usize {
+    index(crate::num::u32_truncated(position_px / BUCKET_PX))
 }

@@ -37,9 +37,9 @@ pub fn turned(frame: &Localiser<'_>, predicted: &Moving, work: &mut TrackerWork)
             let landmark = &frame.map.landmarks[number];
             let in_body_m = rotation * landmark.position_m + predicted.body_from_world.translation_m;
             work.projections += 1;
-            let Some(place_px) = view.project(&frame.cameras[camera], in_body_m, predicted) else { continue };
+            let Some(position_px) = view.project(&frame.cameras[camera], in_body_m, predicted) else { continue };
             near.clear();
-            near.extend(view.near(place_px, BIN_PX * f64::from(REACH_BINS)));
+            near.extend(view.near(position_px, BIN_PX * f64::from(REACH_BINS)));
             let others = near.iter().map(|&keypoint: &usize| &view.keypoints[keypoint].descriptor);
             Distances { own: &landmark.descriptors, others, least: &mut distances }.fill();
             work.descriptors_compared += u64_from(distances.len() * landmark.descriptors.len());
@@ -50,7 +50,7 @@ pub fn turned(frame: &Localiser<'_>, predicted: &Moving, work: &mut TrackerWork)
             cast += 1;
             // Equals to within noise vote alike.
             for (&keypoint, _) in near.iter().zip(&distances).filter(|(_, distance)| **distance <= least + EQUAL_BITS) {
-                let shift_px = view.keypoints[keypoint].place_px - place_px;
+                let shift_px = view.keypoints[keypoint].position_px - position_px;
                 bin(shift_px).into_iter().for_each(|bin| votes[bin] += 1);
             }
         }

@@ -256,7 +256,7 @@ impl Initialisation<'_> {
     }
 
     fn search(&self, camera: usize, widening: f64) -> TwoViewSettings {
-        let sigma_rad = widening * self.params.place_sigma_px / self.cameras[camera].focal_px;
+        let sigma_rad = widening * self.params.position_sigma_px / self.cameras[camera].focal_px;
         TwoViewSettings { sigma_rad, samples_max: self.params.samples_max, confidence: 0.999 }
     }
 

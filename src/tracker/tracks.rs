@@ -61,11 +61,11 @@ impl Tracks {
             if track.missing > MISSING_FRAMES_MAX {
                 continue;
             }
-            let Some(place_px) = camera.project(camera.calibration.body_from_camera.direction(track.bearing)) else {
+            let Some(position_px) = camera.project(camera.calibration.body_from_camera.direction(track.bearing)) else {
                 continue;
             };
             let mut best = Best::NONE;
-            for keypoint in view.near(place_px, params.search_radius_px) {
+            for keypoint in view.near(position_px, params.search_radius_px) {
                 let distance = |look: &Descriptor| look.distance(&view.keypoints[keypoint].descriptor);
                 best.offer(keypoint, distance(&track.looks[0]).min(distance(&track.looks[1])));
                 work.descriptors_compared += u64_from(track.looks.len());
@@ -94,7 +94,7 @@ pub fn median_step_px(
     // Tracks rise in both lists.
     let step_px = |&(track, i): &(usize, usize)| {
         let at = now_pairs.binary_search_by_key(&track, |pair| pair.0).ok()?;
-        Some((now.keypoints[now_pairs[at].1].place_px - before.keypoints[i].place_px).length())
+        Some((now.keypoints[now_pairs[at].1].position_px - before.keypoints[i].position_px).length())
     };
     let steps_px: Vec<f64> = before_pairs.iter().filter_map(step_px).collect();
     upper_median(&steps_px)

@@ -20,23 +20,25 @@ pub fn solve_in_unit(problem: &mut Problem<'_>, iterations_max: u32) -> Adjustme
 }
 
 /// Where the body of a pose stands.
-fn place_m(body_from_world: &Pose) -> DVec3 {
+fn position_m(body_from_world: &Pose) -> DVec3 {
     body_from_world.inverse().translation_m
 }
 
 /// Sum of the free poses' distances from the last held one, in metres.
 fn spread_m(problem: &Problem<'_>) -> f64 {
-    let held_m = problem.poses.last().map_or(DVec3::ZERO, place_m);
-    problem.poses[..problem.free].iter().map(|pose| (place_m(pose) - held_m).length()).sum()
+    let held_m = problem.poses.last().map_or(DVec3::ZERO, position_m);
+    problem.poses[..problem.free].iter().map(|pose| (position_m(pose) - held_m).length()).sum()
 }
 
 /// Multiplies all distances from the last pose. A factor that no spread gives (0 over 0) leaves the problem as it is.
 fn multiply(problem: &mut Problem<'_>, factor: f64) {
-    let Some(held_m) = problem.poses.last().map(place_m).filter(|_| factor.is_finite() && factor > 0.0) else { return };
+    let Some(held_m) = problem.poses.last().map(position_m).filter(|_| factor.is_finite() && factor > 0.0) else {
+        return;
+    };
     let scaled = |at_m: DVec3| held_m + (at_m - held_m) * factor;
     problem.points_m.iter_mut().for_each(|point_m| *point_m = scaled(*point_m));
     for pose in &mut problem.poses[..problem.free] {
-        pose.translation_m = -(pose.rotation * scaled(place_m(pose)));
+        pose.translation_m = -(pose.rotation * scaled(position_m(pose)));
     }
 }
 
@@ -63,11 +65,11 @@ mod tests {
         let mut observations = Vec::new();
         for (point, point_m) in (0..).zip(&points_m) {
             for (pose, body_from_world) in (0..).zip(&poses) {
-                let Some(place_px) = cameras[0].place(body_from_world.point(*point_m)) else { continue };
+                let Some(position_px) = cameras[0].place(body_from_world.point(*point_m)) else { continue };
                 let off_px = 0.5 * DVec2::new(number(point, 4 + pose), number(point, 9 + pose));
                 let (camera, inverse_sigma, row_from_frame) = (CameraIndex(0), 2.0, Pose::IDENTITY);
-                let place_px = place_px + off_px;
-                observations.push(Observation { pose, point, camera, place_px, inverse_sigma, row_from_frame });
+                let position_px = position_px + off_px;
+                observations.push(Observation { pose, point, camera, position_px, inverse_sigma, row_from_frame });
             }
         }
         Problem { cameras, poses, free: 2, points_m, observations }

@@ -52,7 +52,7 @@ fn problem<'a>(stored: &Adjustment, cameras: &'a [RigCamera], poses: &[[f64; 7]]
         pose: (n + count - 1) % count,
         point,
         camera: CameraIndex(camera),
-        place_px: DVec2::new(x_px, y_px),
+        position_px: DVec2::new(x_px, y_px),
         inverse_sigma: 1.0 / stored.sigma_px,
         row_from_frame: Pose::IDENTITY,
     };

@@ -16,9 +16,9 @@ const GRAVITY: DVec3 = GRAVITY_IN_WORLD_M_PER_S2;
 /// A hand that swings by decimetres and tens of degrees at about 1 Hz.
 fn hand(t_s: f64) -> Pose {
     let wave = |hz: f64, phase: f64| libm::sin(std::f64::consts::TAU * hz * t_s + phase);
-    let place_m = DVec3::new(0.3 * wave(0.7, 0.0), 0.15 * wave(1.1, 1.0), 0.25 * wave(0.9, 2.0));
+    let position_m = DVec3::new(0.3 * wave(0.7, 0.0), 0.15 * wave(1.1, 1.0), 0.25 * wave(0.9, 2.0));
     let turn = DVec3::new(0.3 * wave(0.8, 0.5), 0.5 * wave(0.5, 1.5), 0.2 * wave(1.2, 2.5));
-    Pose::new(so3_exp(turn), place_m)
+    Pose::new(so3_exp(turn), position_m)
 }
 
 fn motion() -> Motion {

@@ -34,16 +34,16 @@ fn truth(seed: u64) -> Pose {
 fn measured(in_body_m: &[DVec3], truth: &Pose) -> (Vec<PointMeasurement>, Vec<DVec3>) {
     let cameras = cameras();
     let one = |point: &DVec3| {
-        let seen = cameras[0].project_with_jacobian(*point).map(|(place_px, _)| place_px);
-        let place_px = seen.unwrap_or(DVec2::new(100.0, 200.0));
+        let seen = cameras[0].project_with_jacobian(*point).map(|(position_px, _)| position_px);
+        let position_px = seen.unwrap_or(DVec2::new(100.0, 200.0));
         let m = PointMeasurement {
             camera: CameraIndex(0),
             point_in_world_m: truth.inverse().point(*point),
-            place_px,
+            position_px,
             inverse_sigma: 2.0,
             offset_s: 0.0,
         };
-        (m, cameras[0].calibration.lens.unproject(place_px).unwrap())
+        (m, cameras[0].calibration.lens.unproject(position_px).unwrap())
     };
     in_body_m.iter().map(one).unzip()
 }
@@ -194,7 +194,7 @@ fn corners_that_stick_to_their_pixels_do_not_outvote_those_that_follow() {
             .enumerate()
             .map(|(n, m)| {
                 let slope = parts[usize::from(n % 3 == 0)].1;
-                PointMeasurement { place_px: m.place_px + DVec2::new(slope * shift_px, 0.0), ..*m }
+                PointMeasurement { position_px: m.position_px + DVec2::new(slope * shift_px, 0.0), ..*m }
             })
             .collect();
         let found = |least_px: f64| {
@@ -204,7 +204,7 @@ fn corners_that_stick_to_their_pixels_do_not_outvote_those_that_follow() {
                 let in_body_m = pose.body_from_world.point(m.point_in_world_m);
                 cameras()[0].project_with_jacobian(in_body_m).unwrap().0.x
             };
-            exact.iter().map(|m| place(m) - m.place_px.x).sum::<f64>() / (300.0 * shift_px)
+            exact.iter().map(|m| place(m) - m.position_px.x).sum::<f64>() / (300.0 * shift_px)
         };
         // The scale of errors as they are is the least there is, 0.2 sigmas of half a pixel.
         for (least_px, scale_sigmas) in [(0.0, 0.2), (WITHIN_PIXEL_PX, 2.0 * WITHIN_PIXEL_PX)] {

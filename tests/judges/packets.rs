@@ -12,7 +12,7 @@ use sensel::plane::Plane;
 use sensel::units::{FrameIndex, Size};
 
 use super::{judge, root, scratch, text_of};
-use sensel::words::{PlacePx, Turns};
+use sensel::words::{PositionPx, Turns};
 
 /// Frames of one shape: their bytes, their pictures, the payload bytes of their feature packets, and their line starts.
 struct Stream {
@@ -47,8 +47,8 @@ fn stream(seed: u64, kind: RawKind, mode: Mode) -> Stream {
         let codes = Plane::from_values(size, (0..size.pixel_count()).map(code).collect());
         let features: Vec<Feature> = (0..below(10 + u64::from(number), 40))
             .map(|i| Feature {
-                x: PlacePx::from_bits(u16::try_from(i).unwrap()),
-                y: PlacePx::from_bits(7),
+                x: PositionPx::from_bits(u16::try_from(i).unwrap()),
+                y: PositionPx::from_bits(7),
                 score: 200,
                 angle: Turns::from_bits(3),
                 octave: 0,

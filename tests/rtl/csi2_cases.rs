@@ -6,7 +6,7 @@ use sensel::events::Events;
 use sensel::link::{Batch, FrameMetadata, FrameOut, LinkParams, Mode, RawKind, pack_frame};
 use sensel::plane::Plane;
 use sensel::units::{FrameIndex, Size};
-use sensel::words::{PlacePx, Turns};
+use sensel::words::{PositionPx, Turns};
 
 use rtl_models::csi2_packetiser::{PacketiserIn, PacketiserOut};
 
@@ -60,7 +60,7 @@ pub fn frame(seed: u64, kind: RawKind) -> Vec<Case> {
 
 fn feature(draw: u64) -> Feature {
     let [a, b, c, d, score, angle, octave, e] = draw.to_le_bytes();
-    let (x, y) = (PlacePx::from_le_bytes([a, b]), PlacePx::from_le_bytes([c, d]));
+    let (x, y) = (PositionPx::from_le_bytes([a, b]), PositionPx::from_le_bytes([c, d]));
     Feature {
         x,
         y,

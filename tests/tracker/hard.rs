@@ -4,7 +4,7 @@ use sensel::num::f64_from_u64;
 use sensel::tracker::{FrameInput, Status, Tracker, TrackerParams};
 
 use super::synthetic::{RATE_HZ, World, lively, resting};
-use sensel::words::PlacePx;
+use sensel::words::PositionPx;
 
 fn tracker(world: &World) -> Tracker {
     Tracker::new(world.cameras.clone(), TrackerParams::room(world.seed)).expect("a valid rig")
@@ -77,7 +77,7 @@ fn plateaus_of_two_bits_are_tracked() {
     world.hardship.flipped = 0.1;
     let statuses = run(&world, 60, |_, input| {
         for feature in input.features.iter_mut().flatten() {
-            let whole = |place: PlacePx| place.saturating_add(PlacePx::lit("0.5")).int();
+            let whole = |place: PositionPx| place.saturating_add(PositionPx::lit("0.5")).int();
             (feature.x, feature.y) = (whole(feature.x), whole(feature.y));
         }
     });

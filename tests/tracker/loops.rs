@@ -13,7 +13,7 @@ fn hall(seed: u64) -> World {
     let mut world = World::usual(seed);
     world.landmarks = room(seed, 2_200);
     for landmark in &mut world.landmarks {
-        landmark.place_m *= DVec3::new(4.0, 1.0, 5.0);
+        landmark.position_m *= DVec3::new(4.0, 1.0, 5.0);
     }
     world.hardship = Hardship { noise_px: 0.8, ..world.hardship };
     world.features_max = 500;
@@ -25,9 +25,9 @@ const LAP_S: f64 = 10.0;
 /// Around a circle of 3 m in 10 s, looking ahead.
 fn lapping(t_s: f64) -> Pose {
     let turn = std::f64::consts::TAU * t_s / LAP_S;
-    let place_m = DVec3::new(3.0 * libm::sin(turn), 0.0, -3.0 * libm::cos(turn));
+    let position_m = DVec3::new(3.0 * libm::sin(turn), 0.0, -3.0 * libm::cos(turn));
     let ahead = so3_exp(DVec3::Y * (0.5 * std::f64::consts::PI - turn));
-    Pose::new(ahead, place_m)
+    Pose::new(ahead, position_m)
 }
 
 /// ATE in metres over the poses as they were given out, closed loops, and landmarks held at the end.

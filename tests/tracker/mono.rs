@@ -104,7 +104,7 @@ fn the_noise_of_places_is_learnt_from_one_cameras_residuals() {
             answer.world_from_body.is_some()
         });
         let tracked = located.count();
-        let learnt_px = tracker.place_sigma_px();
+        let learnt_px = tracker.position_sigma_px();
         println!("seed 63: {noise_px} px in the world, {learnt_px} px learnt from {tracked} frames");
         assert!(tracked > 80, "{noise_px} px: {tracked} frames");
         assert!((least_px..most_px).contains(&learnt_px), "{noise_px} px: {learnt_px} px");
@@ -168,9 +168,13 @@ fn texture_that_repeats_does_not_pull_a_frame_one_period_aside() {
     for (number, landmark) in world.landmarks.iter_mut().enumerate() {
         if number % 3 > 0 {
             // One look a row of the pattern; points at one height repeat along the wall.
-            let row = sensel::num::i64_half_even(landmark.place_m.y / 0.06);
-            landmark.place_m.y = 0.06 * sensel::num::f64_from_i64(row);
-            let along = if landmark.place_m.x.abs() > 2.49 { &mut landmark.place_m.z } else { &mut landmark.place_m.x };
+            let row = sensel::num::i64_half_even(landmark.position_m.y / 0.06);
+            landmark.position_m.y = 0.06 * sensel::num::f64_from_i64(row);
+            let along = if landmark.position_m.x.abs() > 2.49 {
+                &mut landmark.position_m.z
+            } else {
+                &mut landmark.position_m.x
+            };
             *along = 0.12 * sensel::num::f64_from_i64(sensel::num::i64_half_even(*along / 0.12));
             landmark.look = sensel::draw::DrawKey::root(75).with(row.unsigned_abs());
             alike += 1;

@@ -7,7 +7,7 @@ use sensel::report::trajectory_figures;
 use sensel::tracker::{Tracker, TrackerParams};
 
 use super::synthetic::{Hardship, RATE_HZ, World, resting, time_s};
-use sensel::words::PlacePx;
+use sensel::words::PositionPx;
 
 /// A sensor of 10 bit at 1,000 lux: places scatter by 0.15 px from frame to frame where nothing moves (measured in the furnished room).
 fn calm(seed: u64) -> World {
@@ -25,7 +25,7 @@ fn follow_places(
     world: &World,
     motion: fn(f64) -> Pose,
     frames: u64,
-    given: fn(PlacePx) -> PlacePx,
+    given: fn(PositionPx) -> PositionPx,
 ) -> (Vec<TimedPose>, Vec<TimedPose>) {
     let mut tracker = Tracker::new(world.cameras.clone(), TrackerParams::room(world.seed)).expect("a valid rig");
     let (mut truth, mut estimate) = (Vec::new(), Vec::new());
@@ -85,11 +85,11 @@ fn a_tremble_of_a_millimetre_a_second_comes_through_within_a_fifth() {
 /// them, those that stay must not outvote those that go.
 #[test]
 fn a_tremble_comes_through_where_corners_stick_to_whole_pixels() {
-    let sticky = |place: PlacePx| {
-        let place_px = f64::from(place) + 0.5;
-        let off = place_px - libm::floor(place_px) - 0.5;
+    let sticky = |place: PositionPx| {
+        let position_px = f64::from(place) + 0.5;
+        let off = position_px - libm::floor(position_px) - 0.5;
         let drawn = off - 0.9 / std::f64::consts::TAU * libm::sin(std::f64::consts::TAU * off);
-        PlacePx::saturating_from_num(libm::floor(place_px) + drawn)
+        PositionPx::saturating_from_num(libm::floor(position_px) + drawn)
     };
     for seed in [37, 38, 39] {
         let mut world = calm(seed);

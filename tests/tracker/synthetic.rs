@@ -11,7 +11,7 @@ use sensel::pose::Pose;
 use sensel::tracker::lie::so3_exp;
 use sensel::tracker::{CameraCalibration, FrameInput, RowClock};
 use sensel::units::Size;
-use sensel::words::{PlacePx, Turns};
+use sensel::words::{PositionPx, Turns};
 
 /// Frames a second.
 pub const RATE_HZ: f64 = 30.0;
@@ -35,7 +35,7 @@ pub const USUAL: Hardship = Hardship { noise_px: 0.5, flipped: 0.08, missed: 0.2
 /// A point with a look of its own.
 #[derive(Clone, Copy, Debug)]
 pub struct Landmark {
-    pub place_m: DVec3,
+    pub position_m: DVec3,
     pub look: DrawKey,
 }
 
@@ -116,7 +116,7 @@ pub fn room(seed: u64, count: u64) -> Vec<Landmark> {
             pick = key.with(1).uniform();
             let mut place = [2, 3, 4].map(|field| 2.0 * key.with(field).uniform() - 1.0);
             place[axis] = if pick < 0.5 { -1.0 } else { 1.0 };
-            Landmark { place_m: DVec3::from_array(place) * ROOM_M, look: key.with(9) }
+            Landmark { position_m: DVec3::from_array(place) * ROOM_M, look: key.with(9) }
         })
         .collect()
 }
@@ -124,7 +124,7 @@ pub fn room(seed: u64, count: u64) -> Vec<Landmark> {
 /// A lively hand: up to 0.7 m/s and 130 degrees a second.
 pub fn lively(t_s: f64) -> Pose {
     let wave = |rate: f64, phase: f64| libm::sin(rate * t_s + phase);
-    let place_m = DVec3::new(
+    let position_m = DVec3::new(
         0.7 * wave(0.55, 0.0) + 0.10 * wave(2.3, 1.0),
         0.15 * wave(1.4, 0.5) + 0.03 * wave(5.0, 0.0),
         0.3 * wave(0.9, 2.0) + 0.05 * wave(3.1, 0.2),
@@ -132,7 +132,7 @@ pub fn lively(t_s: f64) -> Pose {
     let yaw = so3_exp(DVec3::Y * (1.6 * wave(0.7, 0.0) + 0.5 * wave(2.4, 1.0)));
     let pitch = so3_exp(DVec3::X * (0.25 * wave(1.9, 0.3)));
     let roll = so3_exp(DVec3::Z * (0.2 * wave(1.5, 1.3)));
-    Pose::new((yaw * pitch * roll).normalize(), place_m)
+    Pose::new((yaw * pitch * roll).normalize(), position_m)
 }
 
 /// A body that turns on the spot, 60 degrees a second at most.
@@ -167,10 +167,10 @@ impl World {
     }
 
     /// Place of a point on the row that sees it.
-    fn place_px(&self, camera: usize, point_m: DVec3, of_row: &dyn Fn(f64) -> Pose) -> Option<DVec2> {
+    fn position_px(&self, camera: usize, point_m: DVec3, of_row: &dyn Fn(f64) -> Pose) -> Option<DVec2> {
         let calibration = &self.cameras[camera];
         let mut row_px = 0.5 * f64::from(calibration.size.height_px - 1);
-        let mut place_px = None;
+        let mut position_px = None;
         // Rows follow each other faster than a point crosses them: each round leaves a twentieth at 1,500 px/s and 33 us a row.
         for _ in 0..6 {
             let camera_from_world = of_row(row_px).then(&calibration.body_from_camera).inverse();
@@ -183,12 +183,12 @@ impl World {
             }
             let found_px = calibration.lens.project(point_m)?;
             let done = (found_px.y - row_px).abs() < 1e-3;
-            (row_px, place_px) = (found_px.y, Some(found_px));
+            (row_px, position_px) = (found_px.y, Some(found_px));
             if done {
                 break;
             }
         }
-        place_px
+        position_px
     }
 
     fn picture(&self, (frame, camera): (u64, usize), of_row: &dyn Fn(f64) -> Pose) -> Vec<Feature> {
@@ -197,18 +197,18 @@ impl World {
         let mut features = Vec::new();
         for (number, landmark) in self.landmarks.iter().enumerate() {
             let key = key.with(u64_from(number));
-            let Some(place_px) = self.place_px(camera, landmark.place_m, of_row) else { continue };
+            let Some(position_px) = self.position_px(camera, landmark.position_m, of_row) else { continue };
             if key.with(0).uniform() < self.hardship.missed {
                 continue;
             }
             let noise_px = DVec2::new(normal(key.with(1)), normal(key.with(2))) * self.hardship.noise_px;
             let descriptor = self.view_of(landmark.look, key.with(3));
-            features.extend(corner(place_px + noise_px, calibration.size, descriptor));
+            features.extend(corner(position_px + noise_px, calibration.size, descriptor));
         }
         for number in 0..u64::from(u32_truncated(f64_from_u64(u64_from(features.len())) * self.hardship.spurious)) {
             let key = key.with(1_000_000 + number);
-            let place_px = DVec2::new(key.with(0).uniform() * 639.0, key.with(1).uniform() * 479.0);
-            features.extend(corner(place_px, calibration.size, bits(key.with(2), |_| false)));
+            let position_px = DVec2::new(key.with(0).uniform() * 639.0, key.with(1).uniform() * 479.0);
+            features.extend(corner(position_px, calibration.size, bits(key.with(2), |_| false)));
         }
         thin_out(features, self.features_max, key)
     }
@@ -232,12 +232,12 @@ fn bits(look: DrawKey, flipped: impl Fn(u64) -> bool) -> [u8; 32] {
 }
 
 /// A corner in the sensor's format, where it lies on the picture: the one place that knows the format's coordinates.
-pub fn corner(place_px: DVec2, size: Size, descriptor: [u8; 32]) -> Option<Feature> {
-    let inside = place_px.x >= 0.0
-        && place_px.y >= 0.0
-        && place_px.x <= f64::from(size.width_px - 1)
-        && place_px.y <= f64::from(size.height_px - 1);
-    let (x, y) = (PlacePx::saturating_from_num(place_px.x), PlacePx::saturating_from_num(place_px.y));
+pub fn corner(position_px: DVec2, size: Size, descriptor: [u8; 32]) -> Option<Feature> {
+    let inside = position_px.x >= 0.0
+        && position_px.y >= 0.0
+        && position_px.x <= f64::from(size.width_px - 1)
+        && position_px.y <= f64::from(size.height_px - 1);
+    let (x, y) = (PositionPx::saturating_from_num(position_px.x), PositionPx::saturating_from_num(position_px.y));
     inside.then_some(Feature { x, y, score: 40, angle: Turns::ZERO, octave: 0, descriptor })
 }
 

@@ -120,9 +120,9 @@ fn check_tum(out: &Path, stamps: &[u64]) {
     let rig: Vec<f64> = calibration(&out.join("mav0/cam0/sensor.yaml"));
     assert_eq!(truth.len(), stamps.len());
     for (pose, body) in truth.iter().zip(&body) {
-        let place_m = body.world_from_body.point(DVec3::new(rig[3], rig[7], rig[11]));
+        let position_m = body.world_from_body.point(DVec3::new(rig[3], rig[7], rig[11]));
         // Both files have twelve decimals.
-        assert!((pose.world_from_body.translation_m - place_m).length() < 1e-11);
+        assert!((pose.world_from_body.translation_m - position_m).length() < 1e-11);
     }
     let lines: Vec<String> = text("associations.txt").lines().map(str::to_owned).collect();
     assert_eq!(lines.len(), stamps.len());

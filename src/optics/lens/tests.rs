@@ -35,13 +35,13 @@ fn every_place_of_a_picture_returns_to_itself() {
         let mut tried = 0;
         for y in (0..size.height_px).step_by(7).chain([size.height_px - 1]) {
             for x in (0..size.width_px).step_by(7).chain([size.width_px - 1]) {
-                let place_px = DVec2::new(f64::from(x), f64::from(y));
-                let bearing = lens.unproject(place_px).unwrap_or_else(|| panic!("{name} {place_px}: no bearing"));
+                let position_px = DVec2::new(f64::from(x), f64::from(y));
+                let bearing = lens.unproject(position_px).unwrap_or_else(|| panic!("{name} {position_px}: no bearing"));
                 // Of a normalised vector: three roundings of 2^-53.
                 assert!((bearing.length() - 1.0).abs() < 1e-15);
                 let back_px = lens.project(bearing * 3.0).unwrap();
                 // Newton's last step leaves less than 1e-20; some twenty roundings of values below 1,000 px leave 2e-12.
-                assert!((back_px - place_px).length() < 1e-9, "{name} {place_px} {back_px}");
+                assert!((back_px - position_px).length() < 1e-9, "{name} {position_px} {back_px}");
                 tried += 1;
             }
         }
@@ -56,8 +56,8 @@ fn the_jacobian_is_the_slope_of_the_projection() {
         for y in (0..size.height_px).step_by(60) {
             for x in (0..size.width_px).step_by(60) {
                 let point_m = lens.unproject(DVec2::new(f64::from(x), f64::from(y))).unwrap() * 2.5;
-                let (place_px, jacobian) = lens.project_with_jacobian(point_m).unwrap();
-                assert_eq!(Some(place_px), lens.project(point_m));
+                let (position_px, jacobian) = lens.project_with_jacobian(point_m).unwrap();
+                assert_eq!(Some(position_px), lens.project(point_m));
                 // Central differences of step h err by h^2 f'''/6 (f''' below 5,000 px/m^3 here: 2e-8 at h = 5e-6) and by
                 // roundings of 1,000 px, 1e-13 * 10 / h = 2e-7.
                 let step_m = 5e-6;
@@ -145,8 +145,8 @@ fn no_two_bearings_of_the_domain_share_a_place() {
                         let at = DVec2::new(cosine, sine) * (radius * (f64::from(ring) + 0.5) / 50.0);
                         let (_, [xx, xy, yy]) = bent.distort(at);
                         assert!(xx > 0.0 && xx * yy - xy * xy > 0.0, "k1 {k1} k2 {k2} p {p} at {at}");
-                        let place_px = lens.project(at.extend(1.0)).unwrap();
-                        let back = lens.unproject(place_px).unwrap();
+                        let position_px = lens.project(at.extend(1.0)).unwrap();
+                        let back = lens.unproject(position_px).unwrap();
                         // At the last ring the mapping stretches by 1 % or more: 1e-15 of rounding grows to 1e-13.
                         assert!((back.truncate() / back.z - at).length() < 1e-11, "k1 {k1} k2 {k2} p {p} at {at}");
                         tried += 1;

@@ -69,17 +69,19 @@ fn places_and_bearings_return_to_themselves_up_to_the_rim() {
     let (mut tried, mut behind) = (0, 0);
     for lens in lenses() {
         for (share, bearing) in bearings(&lens) {
-            let Some(place_px) = lens.project(bearing * 2.0) else { panic!("{lens:?} refuses {share} of its field") };
+            let Some(position_px) = lens.project(bearing * 2.0) else {
+                panic!("{lens:?} refuses {share} of its field")
+            };
             let back =
-                lens.unproject(place_px).unwrap_or_else(|| panic!("{lens:?}: no bearing at {place_px}, {share}"));
+                lens.unproject(position_px).unwrap_or_else(|| panic!("{lens:?}: no bearing at {position_px}, {share}"));
             let again_px = lens
                 .project(back)
-                .unwrap_or_else(|| panic!("{lens:?}: {share} of the field returns outside it from {place_px}"));
+                .unwrap_or_else(|| panic!("{lens:?}: {share} of the field returns outside it from {position_px}"));
             // Some thirty roundings of 2^-53, of the place and of the bearing; where places run to infinity the mapping stretches the
             // latter by up to the square of the place over the focal length.
-            let size_px = 1.0 + place_px.length();
+            let size_px = 1.0 + position_px.length();
             let most_px = 1e-14 * size_px * (1.0 + size_px / 187.0);
-            assert!((again_px - place_px).length() < most_px, "{lens:?} {share}: {place_px} {again_px}");
+            assert!((again_px - position_px).length() < most_px, "{lens:?} {share}: {position_px} {again_px}");
             // A bearing is as well known as the place allows: on a rim where the slope vanishes, or where places run to infinity, less.
             if share < 0.99 {
                 assert!((back - bearing).length() < 1e-9, "{lens:?} {share}: {bearing} {back}");
@@ -98,14 +100,14 @@ fn a_round_trip_of_a_picture_keeps_its_places_to_a_billionth_of_a_pixel() {
     for lens in lenses() {
         for y in (0..512_u32).step_by(37) {
             for x in (0..512_u32).step_by(31) {
-                let place_px = DVec2::new(x.into(), y.into());
-                let Some(bearing) = lens.unproject(place_px) else {
+                let position_px = DVec2::new(x.into(), y.into());
+                let Some(bearing) = lens.unproject(position_px) else {
                     dark += 1;
                     continue;
                 };
                 assert!((bearing.length() - 1.0).abs() < 1e-15);
                 let back_px = lens.project(bearing * 3.0).unwrap();
-                assert!((back_px - place_px).length() < 1e-9, "{lens:?} {place_px} {back_px}");
+                assert!((back_px - position_px).length() < 1e-9, "{lens:?} {position_px} {back_px}");
                 tried += 1;
             }
         }
@@ -119,8 +121,8 @@ fn jacobians_both_ways_are_the_slopes() {
     for lens in lenses() {
         for (_, bearing) in bearings(&lens).into_iter().filter(|(share, _)| *share < 0.9) {
             let point_m = bearing * 2.5;
-            let (place_px, jacobian) = lens.project_with_jacobian(point_m).unwrap();
-            assert_eq!(Some(place_px), lens.project(point_m));
+            let (position_px, jacobian) = lens.project_with_jacobian(point_m).unwrap();
+            assert_eq!(Some(position_px), lens.project(point_m));
             let scale = jacobian.iter().flatten().fold(100.0_f64, |most, entry| most.max(entry.abs()));
             let step_m = 1e-6;
             for (axis, axis_vector) in DVec3::AXES.into_iter().enumerate() {
@@ -133,7 +135,7 @@ fn jacobians_both_ways_are_the_slopes() {
                 assert!((slope - analytic).length() < 1e-4 * scale, "{lens:?} {point_m} {axis}: {slope} {analytic}");
                 tried += 1;
             }
-            let (back, by_place) = lens.unproject_with_jacobian(place_px).unwrap();
+            let (back, by_place) = lens.unproject_with_jacobian(position_px).unwrap();
             let by_place = [0, 1].map(|axis| DVec3::new(by_place[0][axis], by_place[1][axis], by_place[2][axis]));
             // J U = 1 and no change along the bearing: roundings of the scale times the inverse's own size.
             let jacobian = lens.project_with_jacobian(back).unwrap().1.map(DVec3::from_array);
@@ -160,10 +162,10 @@ fn beyond_the_domain_there_is_nothing() {
         }
         assert_eq!(lens.unproject(DVec2::new(f64::NAN, 0.0)), None);
         // The axis itself: the principal point, and a Jacobian without a quotient of zeros.
-        let (place_px, jacobian) = lens.project_with_jacobian(DVec3::Z).unwrap();
-        assert_eq!(place_px, DVec2::new(254.9, 250.1));
+        let (position_px, jacobian) = lens.project_with_jacobian(DVec3::Z).unwrap();
+        assert_eq!(position_px, DVec2::new(254.9, 250.1));
         assert!((0.5 * (jacobian[0][0] + jacobian[1][1]) / lens.focal_px() - 1.0).abs() < 1e-14);
-        assert_eq!(lens.unproject(place_px), Some(DVec3::Z));
+        assert_eq!(lens.unproject(position_px), Some(DVec3::Z));
     }
 }
 
@@ -224,14 +226,14 @@ fn parts_and_bins_of_a_picture_see_the_same_bearings() {
     let mut tried = 0;
     for lens in lenses() {
         let part = lens.of_part(DVec2::new(100.5, 60.5), 2.0);
-        for place_px in [DVec2::new(20.0, 40.0), DVec2::new(70.25, 90.5), DVec2::new(77.2, 94.8)] {
+        for position_px in [DVec2::new(20.0, 40.0), DVec2::new(70.25, 90.5), DVec2::new(77.2, 94.8)] {
             let (Some(own), Some(whole)) =
-                (part.unproject(place_px), lens.unproject(place_px * 2.0 + DVec2::new(100.5, 60.5)))
+                (part.unproject(position_px), lens.unproject(position_px * 2.0 + DVec2::new(100.5, 60.5)))
             else {
                 continue;
             };
             // A few roundings of places of some hundred pixels over the focal length.
-            assert!((own - whole).length() < 1e-11, "{lens:?} {place_px}");
+            assert!((own - whole).length() < 1e-11, "{lens:?} {position_px}");
             tried += 1;
         }
     }

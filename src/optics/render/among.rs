@@ -51,7 +51,7 @@ impl View<'_> {
     ) -> bool {
         let pose = timeline.pieces[0].at(Floats::splat(0.0));
         let direction = pose.turned(pixels.corners[0]);
-        let packet = Packet { origin_m: pose.place_m(), direction, t_min: Floats::splat(0.0), t_max: pixels.t_max };
+        let packet = Packet { origin_m: pose.position_m(), direction, t_min: Floats::splat(0.0), t_max: pixels.t_max };
         // A pixel on a slanting surface is longer than wide: twice its width covers the most that a neighbour does not.
         let slack = pixels.spread + pixels.spread;
         if objects.iter().any(|object| object.may_be_met(group, &packet, slack)) {

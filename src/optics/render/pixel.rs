@@ -124,7 +124,7 @@ impl Pixel<'_> {
         let to = |corner: [f32; 3]| pose.turned(sub(corner, first));
         let direction = pose.turned(bearing);
         let (right, down) = (across(to(right), direction), across(to(down), direction));
-        let (turn, place) = (change.turned(bearing), change.place_m());
+        let (turn, place) = (change.turned(bearing), change.position_m());
         let travel = across([0, 1, 2].map(|axis| turn[axis] + place[axis] / distance_m), direction);
         let (rr, rd, dd) = (dot(right, right), dot(right, down), dot(down, down));
         let (tr, td) = (dot(travel, right), dot(travel, down));

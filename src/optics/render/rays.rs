@@ -20,9 +20,9 @@ impl Aim<'_> {
         let mut travel_m = [0.0; 3];
         if self.pieces > 0.0 {
             let change = self.motion.change_of(lane, self.share.0[lane], self.pieces);
-            let (place_m, turn) = (change.place_m(), change.turned(bearing));
+            let (position_m, turn) = (change.position_m(), change.turned(bearing));
             for axis in 0..3 {
-                travel_m[axis] = place_m[axis] + turn[axis] * t_m;
+                travel_m[axis] = position_m[axis] + turn[axis] * t_m;
             }
         }
         travel_m
@@ -87,7 +87,7 @@ impl Kernel for Sample<'_, '_> {
         let Self { view, aim, stack } = self;
         let bearing = bilinear(&aim.pixels.corners, aim.place[0], aim.place[1]);
         let pose = aim.motion.at(aim.share);
-        let (origin_m, direction) = (pose.place_m(), pose.turned(bearing));
+        let (origin_m, direction) = (pose.position_m(), pose.turned(bearing));
         let mut t_max = aim.pixels.t_max;
         for lane in 0..LANES {
             t_max.0[lane] = if lane < aim.lanes { t_max.0[lane] } else { -1.0 };

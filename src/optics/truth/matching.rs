@@ -109,12 +109,12 @@ impl Search<'_, '_> {
             },
         };
         let in_world = point.at(&self.scene, t_s);
-        let Some(place_px) = lens.project(in_world.in_camera(&pose)) else {
+        let Some(position_px) = lens.project(in_world.in_camera(&pose)) else {
             return PixelMatch::none(Visibility::Outside);
         };
-        let inside = is_inside(self.view.camera.size, place_px);
+        let inside = is_inside(self.view.camera.size, position_px);
         let seen = if inside { Visibility::Visible } else { Visibility::Outside };
-        PixelMatch { shift_px: (place_px - here_px).to_array(), seen, met: inside.then_some((point, t_s, pose)) }
+        PixelMatch { shift_px: (position_px - here_px).to_array(), seen, met: inside.then_some((point, t_s, pose)) }
     }
 
     /// The row on which a point lies while that row is exposed; the poses between rows are interpolated.
@@ -122,9 +122,9 @@ impl Search<'_, '_> {
         let mut y_px = first_px;
         for _ in 0..STEPS_MAX {
             let in_world = point.at(&self.scene, self.view.time_s(y_px));
-            let place_px = self.view.camera.lens.project(in_world.in_camera(&self.view.pose_between(y_px)));
-            let Some(place_px) = place_px else { return Err(Visibility::Outside) };
-            let before_px = std::mem::replace(&mut y_px, place_px.y);
+            let position_px = self.view.camera.lens.project(in_world.in_camera(&self.view.pose_between(y_px)));
+            let Some(position_px) = position_px else { return Err(Visibility::Outside) };
+            let before_px = std::mem::replace(&mut y_px, position_px.y);
             // Beyond the picture all places have the edge row's time.
             if (y_px - before_px).abs() < SETTLED_PX || self.view.time_s(y_px) == self.view.time_s(before_px) {
                 return Ok(y_px);

@@ -180,10 +180,10 @@ impl Surfaces {
         if !range_m.is_finite() {
             return Some(Point { place: direction, weight: 0.0, triangle: MISS, object: 0 });
         }
-        let (place_m, object) = (pose.translation_m + direction * range_m, self.object.at(column, row));
+        let (position_m, object) = (pose.translation_m + direction * range_m, self.object.at(column, row));
         let place = match scene.object(object) {
-            None => place_m,
-            Some(object) => object.world_from_object(view.row_time_s(row)).inverse().point(place_m),
+            None => position_m,
+            Some(object) => object.world_from_object(view.row_time_s(row)).inverse().point(position_m),
         };
         Some(Point { place, weight: 1.0, triangle: self.triangle.at(column, row), object })
     }
@@ -247,7 +247,7 @@ impl WorldPoint {
 }
 
 /// Whether a place lies on a picture: pixels reach half a pixel around their centres.
-pub(super) fn is_inside(size: Size, place_px: glam::DVec2) -> bool {
+pub(super) fn is_inside(size: Size, position_px: glam::DVec2) -> bool {
     let [width, height] = [size.width_px, size.height_px].map(|edge| f64_from_usize(index(edge)));
-    (-0.5..width - 0.5).contains(&place_px.x) && (-0.5..height - 0.5).contains(&place_px.y)
+    (-0.5..width - 0.5).contains(&position_px.x) && (-0.5..height - 0.5).contains(&position_px.y)
 }

@@ -40,8 +40,8 @@ impl<'a> TruthView<'a> {
 
     /// Unit bearing in the camera's frame of a pixel's centre.
     pub(super) fn bearing(&self, x_px: usize, y_px: usize) -> Option<DVec3> {
-        let place_px = DVec2::new(f64_from_usize(x_px), f64_from_usize(y_px));
-        self.camera.lens.unproject(place_px).filter(|bearing| bearing.is_finite())
+        let position_px = DVec2::new(f64_from_usize(x_px), f64_from_usize(y_px));
+        self.camera.lens.unproject(position_px).filter(|bearing| bearing.is_finite())
     }
 
     /// Whether all rows are seen at once.

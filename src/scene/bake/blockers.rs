@@ -14,7 +14,7 @@ pub struct Blocker<'a> {
     shape: &'a Scene,
     /// Axes of the world, then its origin, in the object's frame.
     axes: [[f32; 3]; 3],
-    place_m: [f32; 3],
+    position_m: [f32; 3],
     /// Middle in the world and radius of a ball around it in metres.
     middle_m: [f32; 3],
     radius_m: f32,
@@ -28,7 +28,7 @@ impl<'a> Blocker<'a> {
         Self {
             shape,
             axes: [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| narrow(back.direction(axis))),
-            place_m: narrow(back.translation_m),
+            position_m: narrow(back.translation_m),
             middle_m: narrow(world_from_object.point(middle_m)),
             // The poses above are rounded: far from the origin by more than the tree is padded.
             radius_m: f32_nearest(radius_m * 1.001 + 1e-4),
@@ -61,7 +61,7 @@ pub fn nearest(blockers: &[Blocker], packet: &Packet, stack: &mut Stack) -> Floa
             continue;
         }
         let turned = blocker.turned(&packet.origin_m);
-        let origin_m = unrolled!(AXIS in 3 => turned[AXIS] + Floats::splat(blocker.place_m[AXIS]));
+        let origin_m = unrolled!(AXIS in 3 => turned[AXIS] + Floats::splat(blocker.position_m[AXIS]));
         let t_max = lanes.select(t, Floats::splat(-1.0));
         let own = Packet { origin_m, direction: blocker.turned(&packet.direction), t_min: packet.t_min, t_max };
         let Scene { bvh, mesh, .. } = blocker.shape;

@@ -126,7 +126,7 @@ impl Gait {
 
     /// Where the camera is.
     pub fn pose(&self, t_s: f64) -> Pose {
-        let (place_m, heading_rad) = self.path.at(self.figures.speed_m_per_s * t_s);
+        let (position_m, heading_rad) = self.path.at(self.figures.speed_m_per_s * t_s);
         let phase_rad = self.phase_rad(t_s);
         // The body is lowest, and pushed upwards most, at phase 0.
         let bob_m = -self.bob_m[0] * libm::cos(phase_rad) - self.bob_m[1] * libm::cos(2.0 * phase_rad);
@@ -135,7 +135,7 @@ impl Gait {
         let right = DVec3::new(cosine, 0.0, -sine);
         // Nose up where the head is low.
         let pitch_rad = self.pitch_rad * libm::cos(phase_rad);
-        Pose::new(looking(heading_rad, pitch_rad), place_m + right * sway_m + DVec3::Y * bob_m)
+        Pose::new(looking(heading_rad, pitch_rad), position_m + right * sway_m + DVec3::Y * bob_m)
     }
 }
 

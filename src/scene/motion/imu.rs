@@ -134,10 +134,10 @@ pub fn samples(
 /// What a unit without noise reads: the angular rate, and the specific force at its own place. A place r of a rigid body has
 /// the origin's acceleration, Euler's alpha x r and the centripetal omega x (omega x r).
 pub fn truth(state: &BodyState, body_from_imu: &Pose, gravity_in_world_m_per_s2: DVec3) -> (DVec3, DVec3) {
-    let (place_m, rate) = (body_from_imu.translation_m, state.angular_velocity_rad_per_s);
+    let (position_m, rate) = (body_from_imu.translation_m, state.angular_velocity_rad_per_s);
     let body_from_world = state.world_from_body.rotation.conjugate();
     let origin_force = body_from_world * (state.acceleration_m_per_s2 - gravity_in_world_m_per_s2);
-    let lever = state.angular_acceleration_rad_per_s2.cross(place_m) + rate.cross(rate.cross(place_m));
+    let lever = state.angular_acceleration_rad_per_s2.cross(position_m) + rate.cross(rate.cross(position_m));
     let imu_from_body = body_from_imu.rotation.conjugate();
     (imu_from_body * rate, imu_from_body * (origin_force + lever))
 }

@@ -76,8 +76,8 @@ impl Eight {
                 ahead += weight * libm::sin(order * phase_rad);
             }
         }
-        let place_m = DVec3::new(-left, 0.0, -ahead) / self.radians_per_m;
-        (place_m, LOOP_SWING_RAD * libm::sin(phase_rad))
+        let position_m = DVec3::new(-left, 0.0, -ahead) / self.radians_per_m;
+        (position_m, LOOP_SWING_RAD * libm::sin(phase_rad))
     }
 }
 
@@ -96,7 +96,7 @@ mod tests {
             let mut reach_m = 0.0;
             for k in 0..4_000_u32 {
                 let way_m = 0.01 * f64::from(k) + 0.003;
-                let (place_m, heading_rad) = path.at(way_m);
+                let (position_m, heading_rad) = path.at(way_m);
                 let moved_m = path.at(way_m + step_m).0 - path.at(way_m - step_m).0;
                 let ahead = DVec3::new(-libm::sin(heading_rad), 0.0, -libm::cos(heading_rad));
                 // Curvature below 3 /m bends the chord by 2e-5^2 * 3^2 / 24 of itself; roundings are 40 * 2^-53 / 2e-5.
@@ -106,7 +106,7 @@ mod tests {
                     PathShape::Circle(radius_m) => DVec3::new(-radius_m, 0.0, 0.0),
                     PathShape::Loop(eight) => eight.middle_m(),
                 };
-                reach_m = num::greater(reach_m, (place_m - middle_m).length());
+                reach_m = num::greater(reach_m, (position_m - middle_m).length());
                 tried += 1;
             }
             // The line leads away; the others reach their radius and no further (samples of 1 cm, curvature of 1 /m).

@@ -63,7 +63,7 @@ fn bits(hits: &Hits) -> [[u32; LANES]; 4] {
 }
 
 /// Triangles of all sizes around a place, every fifth a needle a thousand times longer than wide.
-fn soup(key: DrawKey, count: usize, place_m: f64) -> Vec<[[f32; 3]; 3]> {
+fn soup(key: DrawKey, count: usize, position_m: f64) -> Vec<[[f32; 3]; 3]> {
     let one = |number: usize| {
         let size = 0.6 / f64_from_usize(1 + number % 9);
         let key = key.with(u64_from(number));
@@ -72,7 +72,7 @@ fn soup(key: DrawKey, count: usize, place_m: f64) -> Vec<[[f32; 3]; 3]> {
                 let [at, apart] = [pair(key, axis)[0], pair(key, u64_from(3 + 3 * corner) + axis)[1]];
                 let thin = if number.is_multiple_of(5) && corner == 1 { 0.001 } else { 1.0 };
                 let start = pair(key, 3 + axis)[1];
-                between(place_m - 1.0, place_m + 1.0, at) + between(-size, size, start + thin * (apart - start))
+                between(position_m - 1.0, position_m + 1.0, at) + between(-size, size, start + thin * (apart - start))
             })
         })
     };
@@ -80,7 +80,7 @@ fn soup(key: DrawKey, count: usize, place_m: f64) -> Vec<[[f32; 3]; 3]> {
 }
 
 /// Neighbours on one way, from one place, from places a little apart, or rays of all ways; some along an axis exactly, some from a corner.
-fn hard_packet(key: DrawKey, triangles_m: &[[[f32; 3]; 3]], place_m: f32) -> Packet {
+fn hard_packet(key: DrawKey, triangles_m: &[[[f32; 3]; 3]], position_m: f32) -> Packet {
     let mut packet = random_packet(key);
     let kind = key.0 % 8;
     for lane in 0..LANES {
@@ -89,7 +89,7 @@ fn hard_packet(key: DrawKey, triangles_m: &[[[f32; 3]; 3]], place_m: f32) -> Pac
             let own = packet.direction[axis].0[lane];
             packet.direction[axis].0[lane] = packet.direction[axis].0[0] + spread * own;
             let origin_m = packet.origin_m[axis].0[0] + apart * packet.origin_m[axis].0[lane];
-            packet.origin_m[axis].0[lane] = place_m + origin_m;
+            packet.origin_m[axis].0[lane] = position_m + origin_m;
             let corner_m = triangles_m[index(u32::try_from(key.0 % 31).unwrap()) % triangles_m.len()][lane % 3];
             if kind == 5 {
                 packet.origin_m[axis].0[lane] = corner_m[axis];
@@ -106,19 +106,19 @@ fn hard_packet(key: DrawKey, triangles_m: &[[[f32; 3]; 3]], place_m: f32) -> Pac
 #[test]
 fn a_ray_meets_the_same_alone_and_in_any_company_at_every_level() {
     let (mut hits, mut tried) = (0, 0);
-    for (number, place_m) in [0.0_f32, 0.0, 300.0, 1e5].into_iter().enumerate() {
+    for (number, position_m) in [0.0_f32, 0.0, 300.0, 1e5].into_iter().enumerate() {
         let key = DrawKey::root(21).with(u64_from(number));
-        let triangles_m = soup(key, [1, 60, 200, 200][number], f64::from(place_m));
+        let triangles_m = soup(key, [1, 60, 200, 200][number], f64::from(position_m));
         let bvh = Bvh::build(&triangles_m);
         let packets: Vec<Packet> =
-            (0..200).map(|case| hard_packet(key.with(1000 + case), &triangles_m, place_m)).collect();
+            (0..200).map(|case| hard_packet(key.with(1000 + case), &triangles_m, position_m)).collect();
         let mut stack = Stack::new();
         let first: Vec<Hits> = packets.iter().map(|packet| closest(&bvh, packet, &mut stack)).collect();
         for (case, packet) in packets.iter().enumerate() {
             assert_eq!(
                 bits(&first[case]),
                 bits(&closest_by_trying_all(&bvh, &NoHoles, packet)),
-                "{place_m} m, case {case}"
+                "{position_m} m, case {case}"
             );
             // Each lane from another packet, at another place.
             let (mut mixed, mut expected) = (*packet, first[case]);
@@ -129,11 +129,11 @@ fn a_ray_meets_the_same_alone_and_in_any_company_at_every_level() {
                 let one = closest(&bvh, &alone(packet, lane), &mut stack);
                 let mut same = one;
                 copy_lane(&first[case], lane, &mut same, lane);
-                assert_eq!(bits(&one), bits(&same), "{place_m} m, case {case}, lane {lane} alone");
+                assert_eq!(bits(&one), bits(&same), "{position_m} m, case {case}, lane {lane} alone");
                 hits += usize::from(one.triangle[lane] != MISS);
                 tried += 1;
             }
-            assert_eq!(bits(&expected), bits(&closest(&bvh, &mixed, &mut stack)), "{place_m} m, case {case}");
+            assert_eq!(bits(&expected), bits(&closest(&bvh, &mixed, &mut stack)), "{position_m} m, case {case}");
         }
     }
     println!("{hits} of {tried} rays hit");

@@ -14,7 +14,7 @@ use crate::tracker::row_motion::{Moving, VelocityModel};
 use crate::tracker::state::{LastKeyframe, MapHistory};
 use crate::tracker::{CameraCalibration, RowClock, Tracker, TrackerParams, TrackerWork};
 use crate::units::{CameraIndex, Size};
-use crate::words::{PlacePx, Turns};
+use crate::words::{PositionPx, Turns};
 
 const SIZE: Size = Size { width_px: 640, height_px: 480 };
 /// Keyframes of a lap; the last one stands where the first one stood.
@@ -73,14 +73,15 @@ impl Ring {
         let camera = &self.tracker.cameras[0];
         let (mut features, mut numbers) = (Vec::new(), Vec::new());
         for number in 0..POINTS {
-            let Some(place_px) = camera.project(truth(keyframe).inverse().point(point_m(self.seed, number))) else {
+            let Some(position_px) = camera.project(truth(keyframe).inverse().point(point_m(self.seed, number))) else {
                 continue;
             };
             let noise_px =
                 |field| 0.5 * (DrawKey::root(self.seed).with(number).with(keyframe).with(field).uniform() - 0.5);
-            let below =
-                |place_px: f64| PlacePx::from_bits(low_u16(u32_truncated(16.0 * crate::num::greater(place_px, 0.0))));
-            let (x, y) = (below(place_px.x + noise_px(7)), below(place_px.y + noise_px(8)));
+            let below = |position_px: f64| {
+                PositionPx::from_bits(low_u16(u32_truncated(16.0 * crate::num::greater(position_px, 0.0))))
+            };
+            let (x, y) = (below(position_px.x + noise_px(7)), below(position_px.y + noise_px(8)));
             let look = DrawKey::root(self.seed).with(number).with(9);
             let mut descriptor = [0; 32];
             descriptor.iter_mut().zip(0_u64..).for_each(|(byte, place)| *byte = low_u8(low_u32(look.with(place).0)));
