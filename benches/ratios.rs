@@ -49,8 +49,8 @@ const CHILD: &str = "--ours";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    if let Some(place) = arguments.iter().position(|argument| argument == CHILD) {
-        let (work, level) = (&arguments[place + 1], &arguments[place + 2]);
+    if let Some(at) = arguments.iter().position(|argument| argument == CHILD) {
+        let (work, level) = (&arguments[at + 1], &arguments[at + 2]);
         let is_of_features = features::WORKS.iter().any(|(name, _)| name == work);
         let time = match work.as_str() {
             embree::WORK => embree::ours_s(level),

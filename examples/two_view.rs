@@ -13,7 +13,7 @@ use sensel::pose::parse_tum;
 use sensel::tracker::initial::{BearingPair, TwoViewModel, TwoViewSettings, two_view};
 use sensel::tracker::matching::{Best, Descriptor, MatchRule};
 
-/// Standard deviation of a place per axis, in pixels: the tracker's own figure for a full-size corner.
+/// Standard deviation of a position per axis, in pixels: the tracker's own figure for a full-size corner.
 const PLACE_SIGMA_PX: f64 = 0.6;
 /// Neighbouring frames of a hand-held camera move a point by less.
 const REACH_PX: f64 = 150.0;
@@ -35,7 +35,7 @@ fn corners(text: &str) -> Result<Vec<Corner>, Failure> {
         for (k, byte) in bytes.iter_mut().enumerate() {
             *byte = u8::from_str_radix(digits.get(2 * k..2 * k + 2).ok_or("a descriptor of another length")?, 16)?;
         }
-        let number = |key: &str| feature[key].as_f64().ok_or("a feature without place");
+        let number = |key: &str| feature[key].as_f64().ok_or("a feature without position");
         if bytes != [0; 32] {
             let position_px = DVec2::new(number("x")?, number("y")?);
             corners.push(Corner { position_px, descriptor: Descriptor::new(&bytes) });
@@ -95,8 +95,8 @@ fn main() -> Result<(), Failure> {
     }
     errors_deg.sort_by(f64::total_cmp);
     let quantile = |share: f64| {
-        let place = sensel::num::u32_truncated(share * f64_from_usize(errors_deg.len()));
-        errors_deg.get(sensel::num::index(place).min(errors_deg.len().saturating_sub(1))).copied().unwrap_or(f64::NAN)
+        let rank = sensel::num::u32_truncated(share * f64_from_usize(errors_deg.len()));
+        errors_deg.get(sensel::num::index(rank).min(errors_deg.len().saturating_sub(1))).copied().unwrap_or(f64::NAN)
     };
     let [general, plane, rotation] = models;
     println!(

@@ -27,7 +27,7 @@ mod interrupt;
 mod ladder;
 mod listing;
 mod output;
-mod place;
+mod paths;
 mod plan;
 mod power;
 mod setup;
@@ -93,7 +93,7 @@ fn dispatch(arguments: &Arguments) -> Result<(), Error> {
         use Verb::{Config, Plan, Power, Presets, Schema, Timing, Waves};
         matches!(verb, Plan(_) | Timing(_) | Waves(_) | Power(_) | Presets(_) | Schema | Config(_))
     };
-    place::check_shared(shared, arguments.verb.as_ref().is_some_and(|verb| !prints(verb)))?;
+    paths::check_shared(shared, arguments.verb.as_ref().is_some_and(|verb| !prints(verb)))?;
     match arguments.verb.as_ref() {
         None => Err(Error::key("verb", "none", format!("name one of {VERBS}"))),
         Some(Verb::Run(own)) => run::main(own, shared),

@@ -3,7 +3,7 @@
 //! Processing of a frame: codes are shifted to the pipeline's words, and smoothed where they have few bits; octaves are halved;
 //! FAST-9/16 scores every pixel behind seven
 //! rows, strict non-maximum suppression keeps the peaks, and each cell of a grid keeps its best. Rows of cells go through a
-//! queue to a few engines, which read a corner's patch of the smoothed picture and compute its sub-pixel place, orientation
+//! queue to a few engines, which read a corner's patch of the smoothed picture and compute its sub-pixel position, orientation
 //! and rotated BRIEF descriptor. Integers only. Pictures are processed as a whole; `stream` computes the times and the losses.
 //! On the rung `clocked` the hardware's twin does the same clock by clock. `docs/extractor.md` is the specification. Its
 //! example:
@@ -160,7 +160,7 @@ impl Extractor {
         } else {
             self.of_words(&params, words::<u16>(codes, bits, &params, events), io, events)?
         };
-        luma::place_in_mosaic(&mut extracted.features, pattern_px);
+        luma::move_to_mosaic(&mut extracted.features, pattern_px);
         Ok(extracted)
     }
 

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::ops::Range;
 
-use crate::draw::{DrawKey, EffectNumber, RowPlace};
+use crate::draw::{DrawKey, EffectNumber, RowAddress};
 use crate::facts::Facts;
 use crate::plane::Plane;
 use crate::units::{FrameIndex, RowIndex};
@@ -50,8 +50,8 @@ pub enum Domain {
 
 /// One row between light and codes.
 pub struct RowPass<'a> {
-    /// Where the row belongs; `place.seed` is the run's seed.
-    pub place: RowPlace,
+    /// Address of the row; `address.seed` is the run's seed.
+    pub address: RowAddress,
     /// Seed of the die: patterns that stay from frame to frame draw from it.
     pub die_seed: u64,
     /// Exposure of this row in seconds.
@@ -81,7 +81,7 @@ pub struct RowPass<'a> {
 impl RowPass<'_> {
     /// Key of an effect's draws that differ from frame to frame.
     pub fn temporal_key(&self, effect: EffectNumber) -> DrawKey {
-        self.keys.of_row(effect, self.place)
+        self.keys.of_row(effect, self.address)
     }
 
     /// Key of an effect's draws in the reset sample, apart from those in the signal sample.
@@ -92,13 +92,13 @@ impl RowPass<'_> {
     /// Key of an effect's pattern in this row: part of the die, equal in all frames.
     pub fn pattern_key(&self, effect: EffectNumber) -> DrawKey {
         let frame = FrameIndex(0);
-        self.keys.of_row(effect, RowPlace { seed: self.die_seed, frame, slot: 0, ..self.place })
+        self.keys.of_row(effect, RowAddress { seed: self.die_seed, frame, slot: 0, ..self.address })
     }
 
     /// Key of an effect's column pattern: part of the die, equal in all rows and frames.
     pub fn column_pattern_key(&self, effect: EffectNumber) -> DrawKey {
         let (frame, row) = (FrameIndex(0), RowIndex(0));
-        self.keys.of_row(effect, RowPlace { seed: self.die_seed, frame, slot: 0, row, ..self.place })
+        self.keys.of_row(effect, RowAddress { seed: self.die_seed, frame, slot: 0, row, ..self.address })
     }
 }
 
@@ -145,12 +145,12 @@ const RESET_SAMPLE: u64 = 1;
 
 /// Keys of exposures by effect, kept from row to row: working one out takes ten mixings in series.
 #[derive(Default)]
-pub struct KeptKeys(RefCell<Vec<(EffectNumber, RowPlace, DrawKey)>>);
+pub struct KeptKeys(RefCell<Vec<(EffectNumber, RowAddress, DrawKey)>>);
 
 impl KeptKeys {
     /// As `DrawKey::of_row`, its slow twin.
-    pub fn of_row(&self, effect: EffectNumber, place: RowPlace) -> DrawKey {
-        let exposure = RowPlace { row: RowIndex(0), ..place };
+    pub fn of_row(&self, effect: EffectNumber, address: RowAddress) -> DrawKey {
+        let exposure = RowAddress { row: RowIndex(0), ..address };
         let mut kept = self.0.borrow_mut();
         let found = kept.iter().find(|entry| entry.0 == effect && entry.1 == exposure).map(|entry| entry.2);
         let key = found.unwrap_or_else(|| {
@@ -158,14 +158,14 @@ impl KeptKeys {
             kept.push((effect, exposure, key));
             key
         });
-        key.with(place.row.0.into())
+        key.with(address.row.0.into())
     }
 }
 
 /// The whole array at the end of an exposure.
 pub struct ArrayPass<'a> {
     /// Where the frame belongs: camera, frame and slot; the row is 0.
-    pub place: RowPlace,
+    pub address: RowAddress,
     /// Electrons of each pixel.
     pub charge_e: &'a mut Plane<f32>,
     /// Electrons that the frame before left behind in the array; none in the first frame.
@@ -231,11 +231,11 @@ mod tests {
         let keys = KeptKeys::default();
         let mut tried = 0;
         for case in (0..64).chain(0..64) {
-            let bit = |place: u32| case >> place & 1;
+            let bit = |number: u32| case >> number & 1;
             let (camera, frame, row) = (CameraIndex(bit(1)), FrameIndex(bit(2)), RowIndex(bit(4)));
-            let place = RowPlace { seed: bit(0).into(), camera, frame, slot: bit(3), row };
+            let address = RowAddress { seed: bit(0).into(), camera, frame, slot: bit(3), row };
             let effect = EffectNumber(u64::from(bit(5)));
-            assert_eq!(keys.of_row(effect, place), DrawKey::of_row(effect, place), "{effect:?} at {place:?}");
+            assert_eq!(keys.of_row(effect, address), DrawKey::of_row(effect, address), "{effect:?} at {address:?}");
             tried += 1;
         }
         assert_eq!((tried, keys.0.borrow().len()), (128, 32));

@@ -7,7 +7,7 @@ use crate::text::{PATH_CHARS, VALUE_CHARS, sentence_shown, shown};
 #[non_exhaustive]
 pub enum Error {
     /// A key of the configuration is unknown, of the wrong type, out of range, or does not go with the others.
-    #[error("{}{} = {}: {}", place(.file, .line), value_shown(.key), value_shown(.value), sentence_shown(.reason))]
+    #[error("{}{} = {}: {}", location(.file, .line), value_shown(.key), value_shown(.value), sentence_shown(.reason))]
     Config {
         /// The layer: a file's name, a preset, or `--set`.
         file: String,
@@ -69,7 +69,7 @@ fn path_shown(path: &str) -> String {
     shown(path, PATH_CHARS)
 }
 
-fn place(file: &str, line: &usize) -> String {
+fn location(file: &str, line: &usize) -> String {
     let file = path_shown(file);
     match (file.as_str(), line) {
         ("", _) => String::new(), // An option of the command line: its name is the key.
@@ -132,10 +132,10 @@ impl Error {
 
     /// The same where a section's keys stand within another: `motion.kind` under `scene.object.0`.
     #[must_use]
-    pub fn under(self, place: &str, section: &str) -> Self {
+    pub fn under(self, prefix: &str, section: &str) -> Self {
         match self {
             Self::Config { file, line, key, value, reason } if key.split('.').next() == Some(section) => {
-                Self::Config { file, line, key: format!("{place}.{key}"), value, reason }
+                Self::Config { file, line, key: format!("{prefix}.{key}"), value, reason }
             }
             other => other,
         }

@@ -113,11 +113,11 @@ pub fn readable(value: f64) -> String {
         return format!("{value:.2e}");
     }
     let whole = libm::log10(size).floor();
-    let mut places = 0;
-    while f64::from(places) + whole < 2.0 {
-        places += 1;
+    let mut decimals = 0;
+    while f64::from(decimals) + whole < 2.0 {
+        decimals += 1;
     }
-    let text = format!("{value:.*}", crate::num::index(places));
+    let text = format!("{value:.*}", crate::num::index(decimals));
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 

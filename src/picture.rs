@@ -39,8 +39,8 @@ pub fn to_exr(channels: &[Channel]) -> Result<Vec<u8>, Error> {
         .iter()
         .map(|channel| AnyChannel::new(channel.name.as_str(), FlatSamples::F32(channel.plane.values().to_vec())))
         .collect();
-    let place = (crate::num::index(size.width_px), crate::num::index(size.height_px));
-    let layer = Layer::new(place, LayerAttributes::default(), Encoding::SMALL_LOSSLESS, AnyChannels::sort(list));
+    let dimensions = (crate::num::index(size.width_px), crate::num::index(size.height_px));
+    let layer = Layer::new(dimensions, LayerAttributes::default(), Encoding::SMALL_LOSSLESS, AnyChannels::sort(list));
     let mut bytes = Cursor::new(Vec::new());
     let written = Image::from_layer(layer).write().non_parallel().to_buffered(&mut bytes);
     written.map_err(|error| Error::Run(format!("a picture could not be written as OpenEXR: {error}")))?;
@@ -89,7 +89,7 @@ fn check_header(bytes: &[u8]) -> Result<(), String> {
         if width * height > SAMPLES_MAX / channels.max(1) {
             return Err(format!("{width} x {height} px in {channels} channels; use up to {SAMPLES_MAX} numbers"));
         }
-        // Every block has at least its place in the file's table.
+        // Every block has at least its entry in the file's table.
         if header.chunk_count > bytes.len() / 8 {
             return Err(format!("{} blocks in {} bytes; it is cut off", header.chunk_count, bytes.len()));
         }

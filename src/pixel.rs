@@ -7,6 +7,7 @@ mod blooming;
 mod dark_current;
 mod dark_rates;
 mod dead_pixels;
+mod defect_sites;
 mod defects;
 mod die;
 mod die_gain;
@@ -21,7 +22,6 @@ mod ktc_noise;
 mod parasitic_light;
 mod params;
 mod pattern;
-mod places;
 mod prnu;
 mod read_noise;
 mod row;
@@ -115,7 +115,7 @@ mod tests {
     use super::params::tests::paper_pixel;
     use super::well_bias::tests::facts;
     use super::*;
-    use crate::draw::RowPlace;
+    use crate::draw::RowAddress;
     use crate::effect::{Effect, KeptKeys, RowPass};
     use crate::facts::Facts;
     use crate::units::{CameraIndex, FrameIndex, RowIndex};
@@ -141,7 +141,7 @@ mod tests {
         let (mut values, mut uniforms, mut draws) = (vec![value; WIDTH], vec![0; WIDTH], vec![0.0; WIDTH]);
         let (camera, frame, row) = (CameraIndex(0), FrameIndex(frame), RowIndex(row));
         effect.apply(&mut RowPass {
-            place: RowPlace { seed, camera, frame, slot: 0, row },
+            address: RowAddress { seed, camera, frame, slot: 0, row },
             die_seed: 2,
             exposure_s,
             storage_s: 0.0,

@@ -31,6 +31,7 @@ pub mod pose_series;
 pub mod record;
 pub mod spread;
 pub mod timing_diagram;
+pub mod tracking_record;
 
 pub use display::display_curve;
 pub use figures::{TrajectoryFigures, median, prediction_error_m, trajectory_figures};

@@ -3,7 +3,7 @@
 //! A kernel is a plain loop over arrays in an `#[inline(always)]` function; wider registers never change its bits, because
 //! nothing is contracted or reordered. On aarch64 and wasm the baseline is NEON or simd128 by construction.
 //!
-//! What several kernels call, or one calls in two places, is a kernel too: inlined, it would be compiled for each, and a function twice as
+//! What several kernels call, or one calls twice, is a kernel too: inlined, it would be compiled for each, and a function twice as
 //! long takes more than twice as long to compile.
 
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -86,7 +86,7 @@ pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
     kernel.baseline()
 }
 
-/// A kernel compiled for each level. The compiler places provided methods in the codegen unit of the kernel's own module, so kernels of
+/// A kernel compiled for each level. The compiler puts provided methods in the codegen unit of the kernel's own module, so kernels of
 /// different modules compile in parallel, and an edit compiles only its own module's kernels again.
 #[allow(unsafe_code)]
 trait Compiled: Kernel + Sized {

@@ -145,14 +145,14 @@ mod tests {
         for runs in [1, 5, 20, 60] {
             for met in 0..=runs {
                 let [low, high] = binomial_interval(met, runs, 0.95);
-                let place = usize::try_from(met).unwrap();
+                let at = usize::try_from(met).unwrap();
                 // inverse_cdf is iterative; 1e-6 of a tail is far below what a verdict turns on.
                 if met > 0 {
-                    let tail: f64 = terms(runs, low)[place..].iter().sum();
+                    let tail: f64 = terms(runs, low)[at..].iter().sum();
                     assert!((tail - 0.025).abs() < 1e-6, "{met} of {runs}: {tail}");
                 }
                 if met < runs {
-                    let tail: f64 = terms(runs, high)[..=place].iter().sum();
+                    let tail: f64 = terms(runs, high)[..=at].iter().sum();
                     assert!((tail - 0.025).abs() < 1e-6, "{met} of {runs}: {tail}");
                 }
                 tried += 1;

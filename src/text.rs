@@ -51,8 +51,8 @@ pub fn from_bytes(bytes: Vec<u8>) -> Result<String, String> {
         }
         Err(_) if is_utf16 => Err("is not text in UTF-8 but in UTF-16; save it as UTF-8".to_owned()),
         Err(error) => {
-            let place = error.utf8_error().valid_up_to();
-            Err(format!("is not text: byte {place} is not UTF-8; save it as UTF-8"))
+            let offset = error.utf8_error().valid_up_to();
+            Err(format!("is not text: byte {offset} is not UTF-8; save it as UTF-8"))
         }
     }
 }

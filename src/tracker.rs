@@ -3,7 +3,7 @@
 //!
 //! Each frame: constant velocity or the IMU predicts the pose, landmarks are matched near their predicted positions, and the
 //! pose is the robust least-squares fit to the matches. Each keyframe: new landmarks are triangulated and a window of keyframes
-//! is adjusted. Every keypoint counts at its row's time. After loss the map is searched by descriptors alone; a revisited place
+//! is adjusted. Every keypoint counts at its row's time. After loss the map is searched by descriptors alone; a revisited location
 //! closes a loop. The world frame is the body's frame at the first frame. Poses are metres and unit quaternions, image
 //! positions pixels, times seconds. Equal input gives equal bytes.
 
@@ -91,7 +91,7 @@ pub struct Tracker {
 }
 
 impl Tracker {
-    /// A tracker without a map. Fails on no camera, two cameras at one place (no depth), or a parameter out of its range.
+    /// A tracker without a map. Fails on no camera, two cameras at one position (no depth), or a parameter out of its range.
     pub fn new(mut calibrations: Vec<CameraCalibration>, params: TrackerParams) -> Result<Self, Error> {
         params.check()?;
         let mut arm_m = DVec3::ZERO;

@@ -1,4 +1,4 @@
-//! Units and places that every stage shares.
+//! Units and indices that every stage shares.
 //!
 //! Floats carry their unit at the end of their name; integers that must never be mixed are newtypes.
 

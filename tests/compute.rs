@@ -63,11 +63,11 @@ fn fast9_reference(picture: &Plane<u8>, threshold: u8) -> Vec<Corner> {
         }
     }
     let around = |y: usize, x: usize| {
-        let places = (y - 1..=y + 1).flat_map(move |v| (x - 1..=x + 1).map(move |u| (v, u)));
-        places.filter(move |&place| place != (y, x))
+        let positions = (y - 1..=y + 1).flat_map(move |v| (x - 1..=x + 1).map(move |u| (v, u)));
+        positions.filter(move |&position| position != (y, x))
     };
-    let at = |place: &(usize, usize)| scores.get(place).copied().unwrap_or(0);
-    let peak = |&(&(y, x), &score): &(&(usize, usize), &u16)| around(y, x).all(|place| score > at(&place));
+    let at = |position: &(usize, usize)| scores.get(position).copied().unwrap_or(0);
+    let peak = |&(&(y, x), &score): &(&(usize, usize), &u16)| around(y, x).all(|position| score > at(&position));
     let corner = |(&(y, x), &score): (&(usize, usize), &u16)| Corner { x_px: x as u32, y_px: y as u32, score };
     scores.iter().filter(peak).map(corner).collect()
 }
@@ -247,18 +247,18 @@ fn features_are_the_same_at_every_simd_level() {
 fn the_full_list_holds_every_corner_and_only_whole_patches_have_descriptors() {
     let codes = blobs(160, 120);
     let corners = fast9(&to_8_bits(&codes, 16), 10);
-    let places: Vec<_> = every_corner(&codes, 16, &WHOLE)
+    let positions: Vec<_> = every_corner(&codes, 16, &WHOLE)
         .unwrap()
         .iter()
         .map(|f| (f.pixel(), f.x.frac().to_bits(), f.y.frac().to_bits(), f.score))
         .collect();
     let expected: Vec<_> = corners.iter().map(|c| ((c.x_px, c.y_px), 0, 0, c.score)).collect();
-    assert_eq!(places, expected);
+    assert_eq!(positions, expected);
     let listed = every_corner(&codes, 16, &MANY).unwrap();
     assert_eq!(listed.len(), corners.len());
     let (mut whole, mut cut) = (0, 0);
     for (feature, corner) in listed.iter().zip(&corners) {
-        // A fit moves a place by a pixel at most.
+        // A fit moves a position by a pixel at most.
         let near = |position_px: f64, px: u32| (position_px - f64::from(px)).abs() <= 1.0;
         assert!(near(feature.x_px(), corner.x_px) && near(feature.y_px(), corner.y_px), "{feature:?} of {corner:?}");
         let inside = has_patch((corner.x_px, corner.y_px), 160, 120);
@@ -309,15 +309,15 @@ fn an_upper_octave_is_the_extractor_on_the_halved_picture() {
     for octave in 0..3_u8 {
         let alone = features(&picture.map(u16::from), 8, &MANY);
         let mut of_octave: Vec<Feature> = all.iter().filter(|feature| feature.octave == octave).copied().collect();
-        // Places are scaled about the picture's corner, half a pixel before the first centre.
-        let scaled = |place: PositionPx| PositionPx::from_bits(((place.to_bits() + 8) << octave) - 8);
+        // Positions are scaled about the picture's corner, half a pixel before the first centre.
+        let scaled = |coordinate: PositionPx| PositionPx::from_bits(((coordinate.to_bits() + 8) << octave) - 8);
         let mut expected: Vec<Feature> = alone
             .iter()
             .map(|feature| Feature { x: scaled(feature.x), y: scaled(feature.y), octave, ..*feature })
             .collect();
-        let place = |feature: &Feature| (feature.y, feature.x);
-        of_octave.sort_by_key(place);
-        expected.sort_by_key(place);
+        let by_position = |feature: &Feature| (feature.y, feature.x);
+        of_octave.sort_by_key(by_position);
+        expected.sort_by_key(by_position);
         assert!(of_octave == expected && !expected.is_empty(), "octave {octave}");
         picture = blocks::half_scale(&picture);
     }
@@ -368,7 +368,7 @@ fn what_cannot_be_extracted_from_is_refused_in_words() {
 fn a_turned_picture_has_turned_angles_and_nearly_the_same_descriptors() {
     let codes = blobs(240, 240);
     let turned = Plane::from_values(codes.size(), (0..240 * 240).map(|i| codes.at(i / 240, 239 - i % 240)).collect());
-    // The new place of (x, y) is (239 - y, x): a quarter turn from +x towards +y, 64 steps.
+    // The new position of (x, y) is (239 - y, x): a quarter turn from +x towards +y, 64 steps.
     for pattern in [PairPattern::Gaussian, PairPattern::Symmetric] {
         let params = ExtractorParams { pattern, subpixel: false, ..MANY };
         let before = every_corner(&codes, 16, &params).unwrap();
@@ -380,7 +380,7 @@ fn a_turned_picture_has_turned_angles_and_nearly_the_same_descriptors() {
             // The disc turns onto itself, so the moments are exchanged exactly; only a seam's rounding may move the angle.
             let off = twin.angle.wrapping_sub(feature.angle).to_bits().wrapping_sub(64);
             assert!(off <= 1 || off == 255, "angle {} became {}", feature.angle, twin.angle);
-            // Half-way places round up before and after, and so a few of the 512 points land one pixel apart. The symmetric pattern
+            // Half-way positions round up before and after, and so a few of the 512 points land one pixel apart. The symmetric pattern
             // may besides land in the next of its 32 turns where the angle moved over a seam.
             let seam = pattern == PairPattern::Symmetric
                 && off != 0

@@ -88,7 +88,7 @@ fn toggles_of_the_descriptor_are_those_on_the_pins() {
     assert!(toggles.column > 0 && toggles.moments > 0);
 }
 
-/// The table of a pattern in the Verilog file: words of five-bit places, x1, y1, x2, y2.
+/// The table of a pattern in the Verilog file: words of five-bit coordinates, x1, y1, x2, y2.
 fn verilog_table(branch: &str) -> Vec<u32> {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/rtl_models/verilog/fx_pattern.sv");
     let text = std::fs::read_to_string(path).unwrap();
@@ -96,8 +96,8 @@ fn verilog_table(branch: &str) -> Vec<u32> {
     let part = part.split("end").next().unwrap();
     let mut words = vec![u32::MAX; 256];
     for line in part.split(';').filter(|line| line.contains("pairs[")) {
-        let (place, word) = line.trim().trim_start_matches(|c: char| c != '[').split_once("] = 20'h").unwrap();
-        words[place.trim_start_matches('[').parse::<usize>().unwrap()] = u32::from_str_radix(word, 16).unwrap();
+        let (index, word) = line.trim().trim_start_matches(|c: char| c != '[').split_once("] = 20'h").unwrap();
+        words[index.trim_start_matches('[').parse::<usize>().unwrap()] = u32::from_str_radix(word, 16).unwrap();
     }
     words
 }
@@ -105,7 +105,7 @@ fn verilog_table(branch: &str) -> Vec<u32> {
 #[test]
 fn the_pattern_in_hardware_is_the_published_rules() {
     for (symmetric, branch, rule) in [(false, "drawn", pattern()), (true, "turned", symmetric_pattern(0))] {
-        let low = |place: i32| u32::from_ne_bytes(place.to_ne_bytes()) & 31;
+        let low = |coordinate: i32| u32::from_ne_bytes(coordinate.to_ne_bytes()) & 31;
         let word =
             |&((x1, y1), (x2, y2)): &((i32, i32), (i32, i32))| low(x1) << 15 | low(y1) << 10 | low(x2) << 5 | low(y2);
         let words: Vec<u32> = rule.iter().map(word).collect();

@@ -210,11 +210,11 @@ fn check_geometry(
             for (name, ends_s) in
                 [("motion_over_exposure_px", [span.start_s, span.end_s]), ("motion_over_readout_px", readout)]
             {
-                let places = ends_s.map(|t_s| camera.lens.project(at(t_s).inverse().point(point_m)));
-                let in_view = |place: &DVec2| {
-                    place.x >= -0.5 && place.y >= -0.5 && place.x <= width - 0.5 && place.y <= height - 0.5
+                let positions = ends_s.map(|t_s| camera.lens.project(at(t_s).inverse().point(point_m)));
+                let in_view = |position: &DVec2| {
+                    position.x >= -0.5 && position.y >= -0.5 && position.x <= width - 0.5 && position.y <= height - 0.5
                 };
-                if let [Some(from), Some(to)] = places.map(|place| place.filter(in_view)) {
+                if let [Some(from), Some(to)] = positions.map(|position| position.filter(in_view)) {
                     held.check(facts, name, (to - from).length(), 1e-9, said);
                 }
             }

@@ -29,8 +29,8 @@ struct Sensor {
 
 fn random(number: u64) -> Sensor {
     let key = DrawKey::root(SEED).with(number);
-    let share = |place: u64| key.with(place).uniform();
-    let between = |place: u64, low: f64, high: f64| low * libm::pow(high / low, share(place));
+    let share = |draw: u64| key.with(draw).uniform();
+    let between = |draw: u64, low: f64, high: f64| low * libm::pow(high / low, share(draw));
     let bits = 10 + u32::from(share(0) < 0.5) * 2;
     let codes = f64::from(1_u32 << bits);
     let k = between(1, 0.4, 2.0);
@@ -212,7 +212,7 @@ fn flats_tell_the_roll_off_of_a_lens() {
             let name = format!("{is_lit}{number}.raw");
             let key = DrawKey::root(SEED).with(number).with(u64::from(is_lit));
             let code = |pixel: u32| {
-                let [x, y] = [pixel % 128, pixel / 128].map(|place| f64::from(place) + 0.5);
+                let [x, y] = [pixel % 128, pixel / 128].map(|coordinate| f64::from(coordinate) + 0.5);
                 let light = if is_lit { full_dn * share(libm::hypot(x - 64.0, y - 48.0)) } else { 0.0 };
                 let noise: f64 = (0..3).map(|draw| key.with(u64::from(pixel)).with(draw).uniform() - 0.5).sum();
                 u16::try_from(sensel::num::i64_half_even(60.0 + light + 6.0 * noise)).unwrap()
@@ -232,7 +232,7 @@ fn flats_tell_the_roll_off_of_a_lens() {
     let table = found["roll_off"]["table"].as_array().unwrap_or_else(|| panic!("{outcome:?}"));
     assert_eq!(table.len(), 13);
     for row in table {
-        let [angle_deg, found] = [0, 1].map(|place| row[place].as_f64().unwrap());
+        let [angle_deg, found] = [0, 1].map(|column| row[column].as_f64().unwrap());
         let square = libm::cos(angle_deg.to_radians()) * libm::cos(angle_deg.to_radians());
         let truth = square * square;
         // The curve is of fourth degree in the radius; cos^4 lies within 0.6 % of one to the corner.

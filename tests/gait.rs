@@ -22,7 +22,7 @@ fn states(spline: &Spline) -> Vec<BodyState> {
     (0..u32_truncated(SECONDS / STEP_S)).map(|k| spline.state(f64::from(k) * STEP_S).unwrap()).collect()
 }
 
-/// Places and values of the peaks of a signal that rise above 0.
+/// Indices and values of the peaks of a signal that rise above 0.
 fn peaks(signal: &[f64]) -> Vec<(usize, f64)> {
     let is_peak = |k: &usize| signal[*k] > 0.0 && signal[k - 1] < signal[*k] && signal[*k] >= signal[k + 1];
     (1..signal.len() - 1).filter(is_peak).map(|k| (k, signal[k])).collect()

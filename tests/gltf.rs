@@ -95,13 +95,13 @@ fn strips_and_fans_become_the_same_triangles_as_a_list() {
 fn sparse_and_quantized_accessors_say_the_same_as_dense_ones() {
     let expected = scene(&File::square()).mesh.corners_m(1);
     let sparse = File::square().edited(|file| {
-        let places = file.bytes(&[1, 2, 3]);
+        let indices = file.bytes(&[1, 2, 3]);
         let values: Vec<u8> =
             [1.0_f32, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0].iter().flat_map(|x| x.to_le_bytes()).collect();
         let values = file.bytes(&values);
         file.json["accessors"][0] = serde_json::json!({
             "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0],
-            "sparse": {"count": 3, "indices": {"bufferView": places, "componentType": 5121}, "values": {"bufferView": values}},
+            "sparse": {"count": 3, "indices": {"bufferView": indices, "componentType": 5121}, "values": {"bufferView": values}},
         });
     });
     let quantized = File::square().edited(|file| {

@@ -49,7 +49,7 @@ fn camera(size: Size, fov_rad: f64) -> Camera {
     camera_with(Lens::pinhole(size, fov_rad), size)
 }
 
-/// A grey OpenEXR picture of a value at each place.
+/// A grey OpenEXR picture of a value at each pixel.
 fn grey(size: Size, value: impl Fn(usize, usize) -> f64) -> Vec<u8> {
     let mut plane = Plane::filled(size, 0.0_f32);
     for y in 0..plane.height_px() {

@@ -17,7 +17,7 @@ use sensel::units::Span;
 
 const ROOM1: &str = include_str!("../scenes/bathroom/tum_vi_room1.txt");
 
-/// A place of the unit that makes its lever arm felt.
+/// A position of the unit that makes its lever arm felt.
 const LEVER: Pose =
     Pose { rotation: DQuat::from_xyzw(0.6, 0.0, 0.0, 0.8), translation_m: DVec3::new(0.08, -0.05, 0.03) };
 
@@ -119,7 +119,7 @@ fn emitted(reading: &ImuSample) -> ImuSample {
     ImuSample { t_s: f64_from_u64(u64_half_even(reading.t_s * 1e9)) * 1e-9, ..*reading }
 }
 
-/// Where the trapezoidal rule on a stream leads from a true start: the unit's place at the end.
+/// Where the trapezoidal rule on a stream leads from a true start: the unit's position at the end.
 fn dead_reckoned(stream: &[ImuSample], world_from_imu: Pose, velocity_m_per_s: DVec3) -> DVec3 {
     let (mut p, mut v, mut rotation) = (world_from_imu.translation_m, velocity_m_per_s, world_from_imu.rotation);
     for pair in stream.windows(2).map(|pair| [emitted(&pair[0]), emitted(&pair[1])]) {
@@ -208,7 +208,7 @@ fn the_stream_drifts_with_the_square_of_its_step_wherever_the_knots_fall() {
 }
 
 #[test]
-fn a_lever_arm_feels_what_its_own_place_does() {
+fn a_lever_arm_feels_what_its_own_position_does() {
     // Constant turning: centripetal alone, w^2 r towards the axis.
     let rate_deg_per_s = 200.0;
     let turning = motion(generated(|t_s| spin(rate_deg_per_s, t_s), GENERATED_KNOT_S, 3.0), DQuat::IDENTITY);

@@ -15,7 +15,7 @@ use sensel::ladder::{
 };
 use sensel::plane::Plane;
 use sensel::report::ladder_record::{LadderRecord, LadderRow};
-use sensel::run::probe::Place;
+use sensel::run::probe::PictureId;
 use sensel::run::{NoClock, NoFiles, NoProgress, Setup};
 use sensel::units::{FrameIndex, Size};
 
@@ -120,13 +120,13 @@ fn the_verilog_has_its_row_and_checks_the_rung_below() {
     assert_eq!(session.rows_checked(), 2 * 12);
 }
 
-/// Photons of a place of the run, rendered eight times with draws of their own.
-fn eight_renders(setup: &Setup, place: Place) -> Vec<Vec<f32>> {
+/// Photons of a picture of the run, rendered eight times with draws of their own.
+fn eight_renders(setup: &Setup, id: PictureId) -> Vec<Vec<f32>> {
     let mut again = setup.again(setup.resolved.clone()).unwrap();
     (100..108)
         .map(|repeat| {
             again.fidelity.render.repeat = repeat;
-            again.exposures_at(place).unwrap().swap_remove(0).photons.values().to_vec()
+            again.exposures_at(id).unwrap().swap_remove(0).photons.values().to_vec()
         })
         .collect()
 }
@@ -137,10 +137,10 @@ fn own_ratios(setup: &Setup, settings: &[Setting; 3], frames: &[u32]) -> [f64; 3
     let efficiency = setup.sensor.electrons_per_photon();
     let (mut sums, mut count) = ([0.0; 3], 0.0);
     for &frame in frames {
-        let place = Place { frame: FrameIndex(frame), camera: 0 };
+        let id = PictureId { frame: FrameIndex(frame), camera: 0 };
         let renders = settings.each_ref().map(|setting| {
             let resolved = setup.resolved.with(&setting.assignments(&setup.resolved.scenario)).unwrap();
-            eight_renders(&setup.again(resolved).unwrap(), place)
+            eight_renders(&setup.again(resolved).unwrap(), id)
         });
         for pixel in 0..renders[2][0].len() {
             let mean_of = |renders: &[Vec<f32>]| {
@@ -245,33 +245,33 @@ fn means_and_variances_in_closed_form_are_those_of_drawn_frames() {
         let size = Size { width_px: 64, height_px: 48 };
         let pixels = size.pixel_count();
         // From 0 to 20,000 photons by squares: two fifths of the pixels below 3,000, a third beyond the well.
-        let share = |place: usize| place as f32 / pixels as f32;
+        let share = |pixel: usize| pixel as f32 / pixels as f32;
         let photons =
-            Plane::from_values(size, (0..pixels).map(|place| 25_000.0 * share(place) * share(place)).collect());
-        let at = |frame| Place { frame: FrameIndex(frame), camera: 0 };
+            Plane::from_values(size, (0..pixels).map(|pixel| 25_000.0 * share(pixel) * share(pixel)).collect());
+        let at = |frame| PictureId { frame: FrameIndex(frame), camera: 0 };
         let closed = expected.expected_at(&expected.first_chain(), at(0), &photons);
         let chain = sampled.first_chain();
         let (mut sums, mut squares) = (vec![0.0; pixels], vec![0.0; pixels]);
         for frame in 0..FRAMES {
             let codes = sampled.sense_at(&chain, at(frame), std::slice::from_ref(&photons)).codes;
-            for (place, &code) in codes.values().iter().enumerate() {
-                sums[place] += f64::from(code);
-                squares[place] += f64::from(code) * f64::from(code);
+            for (pixel, &code) in codes.values().iter().enumerate() {
+                sums[pixel] += f64::from(code);
+                squares[pixel] += f64::from(code) * f64::from(code);
             }
         }
         let count = f64::from(FRAMES);
         let (mut z2, mut judged, mut drawn_variance, mut closed_variance) = (0.0, 0.0, 0.0, 0.0);
-        for place in 0..pixels {
+        for pixel in 0..pixels {
             let (mean, variance) =
-                (f64::from(closed.mean_dn.values()[place]), f64::from(closed.variance_dn2.values()[place]));
-            let found = sums[place] / count;
+                (f64::from(closed.mean_dn.values()[pixel]), f64::from(closed.variance_dn2.values()[pixel]));
+            let found = sums[pixel] / count;
             if variance < 0.05 {
-                assert!((found - mean).abs() <= 0.25, "{more:?}, pixel {place}: {found} for {mean}");
+                assert!((found - mean).abs() <= 0.25, "{more:?}, pixel {pixel}: {found} for {mean}");
                 continue;
             }
             z2 += (found - mean) * (found - mean) * count / variance;
             judged += 1.0;
-            drawn_variance += (squares[place] - sums[place] * sums[place] / count) / (count - 1.0);
+            drawn_variance += (squares[pixel] - sums[pixel] * sums[pixel] / count) / (count - 1.0);
             closed_variance += variance;
         }
         println!(

@@ -127,7 +127,7 @@ fn bands_part_at_an_edge_by_the_stated_lateral_aberration() {
     let aside_px = green_px - 48.0;
     assert!((aside_px - 14.0 * lens.focal_px() / 70.2).abs() < 0.05, "{green_px}");
     for (band, factor) in [(0, 0.02), (2, -0.01)] {
-        // 256 samples place an edge within a pixel to 1/256 at worst, over 40 rows with their own patterns to a sixth of that.
+        // 256 samples locate an edge within a pixel to 1/256 at worst, over 40 rows with their own patterns to a sixth of that.
         let shift_px = of_band(band, lateral) - green_px;
         assert!((shift_px - factor * aside_px).abs() < 0.003, "band {band}: {shift_px} for {}", factor * aside_px);
         assert!((of_band(band, [1.0; 4]) - green_px).abs() < 0.003, "without aberration band {band} stays");

@@ -123,11 +123,11 @@ fn by_steps(flicker: &Flicker, span: Span) -> f64 {
     for step in 0..steps {
         let t_s = span.start_s + span.length_s() * (f64::from(step) + 0.5) / f64::from(steps);
         let turns = flicker.frequency_hz * t_s + flicker.phase_deg / 360.0;
-        let place = turns - turns.floor();
+        let phase = turns - turns.floor();
         sum += match flicker.waveform {
-            Waveform::Sine => 1.0 + libm::sin(std::f64::consts::TAU * place),
-            Waveform::RectifiedSine => std::f64::consts::FRAC_PI_2 * libm::sin(std::f64::consts::PI * place).abs(),
-            Waveform::Pwm { duty } => f64::from(u8::from(place < duty)) / duty,
+            Waveform::Sine => 1.0 + libm::sin(std::f64::consts::TAU * phase),
+            Waveform::RectifiedSine => std::f64::consts::FRAC_PI_2 * libm::sin(std::f64::consts::PI * phase).abs(),
+            Waveform::Pwm { duty } => f64::from(u8::from(phase < duty)) / duty,
         };
     }
     1.0 - flicker.modulation + flicker.modulation * sum / f64::from(steps)
@@ -221,7 +221,7 @@ fn a_mirror_beside_a_lamp_adds_its_picture() {
             picture += luminance * reflectance * cos * cos / distance2 * 0.64 / 3_600.0;
         }
     }
-    // 4,096 points on the lamp, at a place 1 mm above the floor: each 0.06 %.
+    // 4,096 points on the lamp, at a point 1 mm above the floor: each 0.06 %.
     assert!(((with - without) / picture - 1.0).abs() < 0.0015, "{without} {with}, picture {picture}");
 }
 

@@ -214,7 +214,7 @@ fn light_of_an_object_follows_it_from_a_lamp_into_the_dark_and_stays_within_its_
         let [_, most] = photon_bounds(all, &camera(), 0.01);
         let [_, own] = photon_bounds(&lit, &camera(), 0.01);
         assert!(own <= most * (1.0 + 1e-6), "{own} {most}");
-    } // There and back twice: the same place at the start, the middle and the end is not rest.
+    } // There and back twice: the same position at the start, the middle and the end is not rest.
     let twice = |t_s: f64| slide(0.5 - 0.5 * libm::cos(4.0 * std::f64::consts::PI * t_s));
     let shape = moving[0].shape().clone();
     let to_and_fro = object(shape, along(twice), &fixed);
@@ -332,14 +332,14 @@ fn the_shipped_scenes_move_and_an_answer_names_what_is_wrong_with_an_object() {
     // A thousand nodes that slide.
     let mut many = crate::gltf::file::File::square();
     let times = many.floats("SCALAR", &[0.0, 2.0]);
-    let places = many.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
+    let positions = many.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
     let numbers = || 0..1_000_u32;
     many.json["nodes"] = numbers().map(|_| serde_json::json!({"mesh": 0})).collect();
     many.json["scenes"][0]["nodes"] = numbers().collect();
     let slides = |node: u32| serde_json::json!({"sampler": 0, "target": {"node": node, "path": "translation"}});
     let channels: Vec<serde_json::Value> = numbers().map(slides).collect();
     many.json["animations"] =
-        serde_json::json!([{"channels": channels, "samplers": [{"input": times, "output": places}]}]);
+        serde_json::json!([{"channels": channels, "samplers": [{"input": times, "output": positions}]}]);
     std::fs::write(folder.join("many.glb"), many.glb()).unwrap();
     let said = refused("file = \"many.glb\"");
     assert!(said.contains("1000 objects") && said.contains("use at most 256"), "{said}");

@@ -63,7 +63,7 @@ fn same_poses(left: &[TimedPose], right: &[TimedPose]) {
     }
 }
 
-/// The places of a PLY cloud, as its own header describes it.
+/// The points of a PLY cloud, as its own header describes it.
 fn points(path: &Path) -> Vec<DVec3> {
     let text = std::fs::read_to_string(path).unwrap();
     let (header, body) = text.split_once("end_header\n").unwrap();
@@ -91,19 +91,23 @@ fn the_map_is_what_the_features_show(out: &Path, reader: &EurocReader) {
         .lines()
         .skip(1)
         .map(|line| line.split(',').take(2).map(|word| word.parse().unwrap()).collect::<Vec<f64>>())
-        .map(|place| DVec2::new(place[0], place[1]))
+        .map(|position| DVec2::new(position[0], position[1]))
         .collect();
     let world_from_camera = last.world_from_body.then(&camera.camera.body_from_camera);
     let shown = |landmark: &DVec3| camera.camera.lens.project(world_from_camera.inverse().point(*landmark));
-    let places: Vec<DVec2> = landmarks.iter().filter_map(shown).collect();
+    let positions: Vec<DVec2> = landmarks.iter().filter_map(shown).collect();
     // Half a pixel of noise and as much of the map: three sigma on each axis.
-    let is_on = |place: &&DVec2| features.iter().any(|feature| feature.distance(**place) < 3.0);
-    let on = places.iter().filter(is_on).count();
+    let is_on = |position: &&DVec2| features.iter().any(|feature| feature.distance(**position) < 3.0);
+    let on = positions.iter().filter(is_on).count();
     // By chance alone: features cover this share of the picture with discs of that radius.
     let by_chance = f64_from_usize(features.len()) * 9.0 * std::f64::consts::PI
         / f64::from(camera.camera.size.width_px * camera.camera.size.height_px);
-    let share = f64_from_usize(on) / f64_from_usize(places.len());
-    assert!(places.len() > 50 && share > 0.6 && by_chance < 0.2, "{on} of {}, {by_chance} by chance", places.len());
+    let share = f64_from_usize(on) / f64_from_usize(positions.len());
+    assert!(
+        positions.len() > 50 && share > 0.6 && by_chance < 0.2,
+        "{on} of {}, {by_chance} by chance",
+        positions.len()
+    );
 }
 
 #[test]
@@ -352,17 +356,17 @@ fn damaged_packets_are_tracked_in_rising_time() {
                 let at = draw(1_000 + u64::try_from(flip).unwrap()) % (8 * bytes.len());
                 bytes[at / 8] ^= 1 << (at % 8);
             }
-            let place = draw(1) % bytes.len();
+            let start = draw(1) % bytes.len();
             let length = draw(2) % (bytes.len() / 3);
-            let end = (place + length).min(bytes.len());
+            let end = (start + length).min(bytes.len());
             match draw(3) % 5 {
                 0 => drop(bytes.drain(..length)),
-                1 => drop(bytes.splice(place..place, bytes[place..end].to_vec())),
+                1 => drop(bytes.splice(start..start, bytes[start..end].to_vec())),
                 2 => drop(
                     bytes
-                        .splice(place..place, (0..length % 500).map(|byte| byte.to_le_bytes()[0]).collect::<Vec<u8>>()),
+                        .splice(start..start, (0..length % 500).map(|byte| byte.to_le_bytes()[0]).collect::<Vec<u8>>()),
                 ),
-                3 => drop(bytes.drain(place..end)),
+                3 => drop(bytes.drain(start..end)),
                 _ => {}
             }
             std::fs::write(folder.path().join("out").join(name), bytes).unwrap();

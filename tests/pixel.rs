@@ -165,7 +165,7 @@ fn defects_act_exactly_where_their_list_says() {
         "sensor.temperature_k=308.0",
     ]);
     let list = defects(&parameters.pixel, 12, CameraIndex(0), SIZE);
-    let place = |defect: &pixel::Defect| index(defect.row.0) * index(SIZE.width_px) + defect.x_px;
+    let index_of = |defect: &pixel::Defect| index(defect.row.0) * index(SIZE.width_px) + defect.x_px;
     let of = |name: &str, mean_e: f32, frame: u32| {
         let times = vec![RowTimes { storage_s: 0.005, ..TIMES }; index(SIZE.height_px)];
         electrons(&chain(&parameters, &[name]).capture(&Plane::filled(SIZE, mean_e), at(0, frame), &times))
@@ -174,10 +174,10 @@ fn defects_act_exactly_where_their_list_says() {
         (vec![0.0; SIZE.pixel_count()], vec![200.0; SIZE.pixel_count()], vec![200.0; SIZE.pixel_count()]);
     for defect in &list {
         match defect.kind {
-            DefectKind::Hot { rate_e_per_s } => hot[place(defect)] = rate_e_per_s * 0.015,
-            DefectKind::Dead => dead[place(defect)] = 0.0,
-            DefectKind::StuckLow => stuck[place(defect)] = -4096.0,
-            DefectKind::StuckHigh => stuck[place(defect)] = 61_439.0,
+            DefectKind::Hot { rate_e_per_s } => hot[index_of(defect)] = rate_e_per_s * 0.015,
+            DefectKind::Dead => dead[index_of(defect)] = 0.0,
+            DefectKind::StuckLow => stuck[index_of(defect)] = -4096.0,
+            DefectKind::StuckHigh => stuck[index_of(defect)] = 61_439.0,
         }
     }
     assert_eq!(of("dead_pixels", 200.0, 0), dead);

@@ -360,12 +360,12 @@ fn the_documents_table_has_the_values_of_every_preset() {
 fn timing_runs_and_the_list_names_every_preset() {
     let list = sensel(&["presets"]);
     let json = sensel(&["presets", "--json"]).json();
-    for (place, (name, ..)) in LINKS.iter().enumerate() {
+    for (at, (name, ..)) in LINKS.iter().enumerate() {
         let timing = sensel(&["timing", name, "--json"]).json();
         let fps = setup(name, &[]).schedule.fps();
         assert_eq!(timing["fps"].as_f64().unwrap(), fps, "{name}");
         assert!(list.stdout.lines().any(|line| line.starts_with(&format!("  {name:<16} "))), "{name}");
-        assert_eq!(json["sensors"][place]["name"], *name);
+        assert_eq!(json["sensors"][at]["name"], *name);
     }
     // A name of 17 letters or a line of more than 132 columns breaks the list.
     assert!(list.stdout.lines().all(|line| line.chars().count() <= 132), "{}", list.stdout);

@@ -62,8 +62,8 @@ fn judged(name: &str, triangles_m: &[[[f32; 3]; 3]], packets: &[Packet]) -> Comp
 }
 
 /// A number of -1..1.
-fn symmetric(key: DrawKey, place: usize) -> f64 {
-    f64::from(low_u32(key.with(u64_from(place)).0 & 0xFF_FFFF)) / 8_388_608.0 - 1.0
+fn symmetric(key: DrawKey, number: usize) -> f64 {
+    f64::from(low_u32(key.with(u64_from(number)).0 & 0xFF_FFFF)) / 8_388_608.0 - 1.0
 }
 
 fn vector(key: DrawKey, scale: f64) -> [f64; 3] {
@@ -78,7 +78,7 @@ fn wild_rays(key: DrawKey, count: usize, centre_m: [f64; 3], reach_m: f64) -> Ve
         let (origin, toward) = (vector(key.with(1), reach_m), vector(key.with(2), 1.0));
         for lane in 0..LANES {
             let own = key.with(u64_from(100 + lane));
-            // Every third packet starts at one place, every third is a bundle of neighbours, every third goes all ways.
+            // Every third packet starts at one point, every third is a bundle of neighbours, every third goes all ways.
             let from = if number.is_multiple_of(3) { origin } else { vector(own.with(1), reach_m) };
             let spread = if number % 3 == 2 { 1.0 } else { 0.05 };
             let apart = vector(own.with(2), spread);
@@ -103,10 +103,10 @@ fn soup(key: DrawKey, count: usize) -> Vec<[[f32; 3]; 3]> {
     let one = |number: usize| {
         let key = key.with(u64_from(number));
         let size = 1.0 / f64_from_usize(1 + number % 60);
-        let place = vector(key.with(1), 1.0);
+        let centre = vector(key.with(1), 1.0);
         [2, 3, 4].map(|corner| {
             let apart = vector(key.with(corner), size);
-            [0, 1, 2].map(|axis| f32_nearest(place[axis] + apart[axis]))
+            [0, 1, 2].map(|axis| f32_nearest(centre[axis] + apart[axis]))
         })
     };
     (0..count).map(one).collect()

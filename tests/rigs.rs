@@ -102,7 +102,7 @@ fn a_pair_of_cameras_is_the_baseline_in_other_words() {
 }
 
 #[test]
-fn the_inertial_unit_writes_its_rate_its_place_and_the_truth_of_its_time() {
+fn the_inertial_unit_writes_its_rate_its_position_and_the_truth_of_its_time() {
     let folder = run(
         "unit",
         "[motion]\nkind = \"spin\"\nrate_deg_per_s = 200.0\n\
@@ -227,7 +227,7 @@ fn control_poses_of_a_file_are_a_spline_of_their_own() {
     assert_eq!(outcome.code, 0, "{}", outcome.stderr);
     let truth = parse_tum(&std::fs::read_to_string(folder.path().join("out/trajectory_gt.tum")).unwrap()).unwrap();
     for pose in &truth {
-        // Basis weights about a knot: 2/3 at it, less u^2 and u^3/2 of the way on (B1 = (4 - 6 u^2 + 3 u^3) / 6). Places count from the
+        // Basis weights about a knot: 2/3 at it, less u^2 and u^3/2 of the way on (B1 = (4 - 6 u^2 + 3 u^3) / 6). Positions count from the
         // run's start, at the peak.
         let u = pose.t_s;
         let x_m = pose.world_from_body.translation_m.x;

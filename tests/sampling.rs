@@ -1,4 +1,4 @@
-//! Sampling of time, place and reflection against closed forms: skew and blur of an edge, still scenes, rays to a target,
+//! Sampling of time, position and reflection against closed forms: skew and blur of an edge, still scenes, rays to a target,
 //! glossy furnaces.
 
 #![allow(clippy::unwrap_used)]
@@ -94,9 +94,9 @@ fn skew_of_an_edge_is_speed_times_row_time() {
 
 /// Share of a pixel that is white when the edge goes evenly from `from` to `to`, in columns.
 fn ramp(column: f64, from: f64, to: f64) -> f64 {
-    // Integral of clamp(place - (column - 1/2), 0, 1) over the edge's places.
-    let whole = |place: f64| {
-        let z = place - (column - 0.5);
+    // Integral of clamp(position - (column - 1/2), 0, 1) over the edge's positions.
+    let whole = |position: f64| {
+        let z = position - (column - 0.5);
         if z <= 0.0 {
             0.0
         } else if z < 1.0 {
@@ -138,9 +138,9 @@ fn a_subframe_is_sharp_at_its_instant() {
     let sampling = Sampling { subframes: 1, ..Sampling::fixed(256, DrawKey::root(3)) };
     let seen = render(&edge(), &camera(), &exposures, &walking, sampling);
     assert_eq!(seen.rays, 48 * 24 * 256);
-    let place = position_px(&seen.photons, 5);
+    let found_px = position_px(&seen.photons, 5);
     // 256 samples in two dimensions: 16 strata are cut, sigma sqrt(16 / 6) / 256 = 0.006 px; the bearings' 0.007 px.
-    assert!((place - edge_px(0.15)).abs() < 4.0 * 0.006 + 0.007, "{place} {}", edge_px(0.15));
+    assert!((found_px - edge_px(0.15)).abs() < 4.0 * 0.006 + 0.007, "{found_px} {}", edge_px(0.15));
     let grey = (0..48).filter(|&column| {
         let share = seen.photons.at(column, 5) / seen.photons.at(0, 5);
         share > 0.001 && share < 0.999

@@ -49,7 +49,7 @@ fn described(arguments: &[&str]) -> Value {
 }
 
 #[test]
-fn the_scenario_that_is_written_sees_the_walls_from_the_file_s_camera_and_from_a_place_that_is_found() {
+fn the_scenario_that_is_written_sees_the_walls_from_the_file_s_camera_and_from_a_position_that_is_found() {
     let mut tried = 0;
     for (with_camera, name) in [(true, "door"), (false, "found")] {
         let folder = Scratch::new("scene_verb");

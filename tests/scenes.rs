@@ -204,7 +204,7 @@ fn squares_of_the_checkerboard_have_their_size_and_alternate() {
 }
 
 #[test]
-fn a_point_source_has_its_candela_and_its_place() {
+fn a_point_source_has_its_candela_and_its_position() {
     let scene = target::named("point_sources", &wish(&[("target_square_m", 0.5), ("target_point_cd", 0.2)])).unwrap();
     let glow = scene.mesh.materials.iter().position(|material| material.is_emissive()).unwrap();
     let emission = f64::from(scene.mesh.materials[glow].emission[1]);
@@ -269,12 +269,12 @@ fn every_board_within_the_ranges_is_made() {
     for case in 0..cases {
         let [distance_m, size_m] = [0, 1].map(|k| libm::pow(10.0, 7.0 * unit(4 * case + k) - 3.0).max(0.01));
         let square_m = size_m * (0.03 + 0.97 * unit(4 * case + 2));
-        let place = [("target_distance_m", distance_m), ("target_size_m", size_m)];
-        println!("seed {SEED}, case {case}: {place:?}, squares of {square_m} m");
-        make("checkerboard", &[&place[..], &[("target_square_m", square_m)]].concat());
-        make("slanted_edge", &[&place[..], &[("target_angle_deg", 90.0 * unit(4 * case + 3) - 45.0)]].concat());
-        make("point_sources", &[&place[..], &[("target_square_m", square_m)]].concat());
-        make("grey_wedge", &place);
+        let extent = [("target_distance_m", distance_m), ("target_size_m", size_m)];
+        println!("seed {SEED}, case {case}: {extent:?}, squares of {square_m} m");
+        make("checkerboard", &[&extent[..], &[("target_square_m", square_m)]].concat());
+        make("slanted_edge", &[&extent[..], &[("target_angle_deg", 90.0 * unit(4 * case + 3) - 45.0)]].concat());
+        make("point_sources", &[&extent[..], &[("target_square_m", square_m)]].concat());
+        make("grey_wedge", &extent);
     }
     assert_eq!(made, 15 + 12 + 4 * cases);
 }

@@ -5,15 +5,15 @@
 // Counts and case numbers of a test are small; its reference mathematics need not be the same on all machines.
 #![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::disallowed_methods)]
 
-use sensel::draw::{DrawKey, EffectNumber, RowPlace, fill_uniforms, normals, poisson};
+use sensel::draw::{DrawKey, EffectNumber, RowAddress, fill_uniforms, normals, poisson};
 use sensel::simd::{self, Level};
 use sensel::units::{CameraIndex, FrameIndex, RowIndex};
 use statrs::distribution::{Discrete, DiscreteCDF, Poisson};
 
 const WIDTH: usize = 512;
 
-fn place(seed: u64, camera: u32, frame: u32, row: u32) -> RowPlace {
-    RowPlace { seed, camera: CameraIndex(camera), frame: FrameIndex(frame), slot: 0, row: RowIndex(row) }
+fn address(seed: u64, camera: u32, frame: u32, row: u32) -> RowAddress {
+    RowAddress { seed, camera: CameraIndex(camera), frame: FrameIndex(frame), slot: 0, row: RowIndex(row) }
 }
 
 fn uniforms(key: DrawKey, length: usize) -> Vec<u32> {
@@ -69,10 +69,10 @@ impl LastUniforms {
         let (mut surely, mut maybe) = (Vec::new(), Vec::new());
         for step in 0..(2.0 * spread) as usize + 3 {
             let (below, above) = tails(first + step as f64);
-            let place =
+            let boundary =
                 if below < 0.5 { below * 2_f64.powi(32) } else { 2_f64.powi(32) - above * 2_f64.powi(32) } - 0.5;
-            surely.push((place - slack).floor() as i64);
-            maybe.push((place + slack).floor() as i64);
+            surely.push((boundary - slack).floor() as i64);
+            maybe.push((boundary + slack).floor() as i64);
         }
         Self { first, surely, maybe }
     }
@@ -89,8 +89,8 @@ impl LastUniforms {
     /// Uniforms at distances 0, 1, 2, 4 ... 2^22 on both sides of every step.
     fn near_steps(&self) -> impl Iterator<Item = u32> + '_ {
         let distances = || (0..23).flat_map(|power| [1_i64 << power, -(1_i64 << power)]).chain([0]);
-        let all = self.maybe.iter().flat_map(move |&place| distances().map(move |distance| place + distance));
-        all.filter_map(|place| u32::try_from(place).ok())
+        let all = self.maybe.iter().flat_map(move |&boundary| distances().map(move |distance| boundary + distance));
+        all.filter_map(|uniform| u32::try_from(uniform).ok())
     }
 }
 
@@ -110,11 +110,11 @@ fn poisson_counts_are_the_exact_quantiles_of_their_uniforms() {
         uniforms.extend(reference.near_steps());
         let mut values_e = vec![mean_e; uniforms.len()];
         poisson(&uniforms, &mut values_e);
-        for (place, (&uniform, &value_e)) in uniforms.iter().zip(&values_e).enumerate() {
+        for (at, (&uniform, &value_e)) in uniforms.iter().zip(&values_e).enumerate() {
             let Some(sure) = reference.judge(uniform, value_e) else {
                 panic!("case {case}, mean {mean_e}, uniform {uniform}: {value_e} is not its quantile");
             };
-            close += u64::from(!sure && place < RANDOM);
+            close += u64::from(!sure && at < RANDOM);
         }
         tried += uniforms.len() as u64;
     }
@@ -204,7 +204,7 @@ fn neighbours_in_every_field_of_a_key_are_uncorrelated_and_so_are_row_sums() {
     let rows = 256;
     let picture = |effect: u64, seed: u64, camera: u32, frame: u32, first_row: u32| -> Vec<f64> {
         let keys = (first_row..first_row + rows)
-            .map(|row| DrawKey::of_row(EffectNumber(effect), place(seed, camera, frame, row)));
+            .map(|row| DrawKey::of_row(EffectNumber(effect), address(seed, camera, frame, row)));
         keys.flat_map(|key| uniforms(key, WIDTH)).map(f64::from).collect()
     };
     let sums = |picture: &[f64]| -> Vec<f64> { picture.chunks(WIDTH).map(|row| row.iter().sum()).collect() };

@@ -40,12 +40,12 @@ key = "sensor.pixel.read_noise_uv"
 values = [100.0, 600.0]
 "#;
 
-/// A sweep's file, its folder and its cache in one place.
-pub struct Place {
+/// A sweep's file, its folder and its cache in one scratch folder.
+pub struct SweepTest {
     pub scratch: Scratch,
 }
 
-impl Place {
+impl SweepTest {
     pub fn new(name: &str, text: &str) -> Self {
         let scratch = Scratch::new(name);
         std::fs::write(scratch.path().join("sweep.toml"), text).unwrap();
@@ -58,7 +58,7 @@ impl Place {
         with_store(own.into_iter().chain(more.iter().map(|word| (*word).to_owned())).collect())
     }
 
-    /// Runs a part with a cache of this place.
+    /// Runs a part with a cache of its own.
     pub fn sweep(&self, part: &str, out: &str, more: &[&str]) -> Outcome {
         sensel_in_cache(&self.arguments(part, out, more), &self.scratch.join("cache"))
     }
@@ -166,14 +166,14 @@ fn a_damaged_entry_is_said_and_rendered_again() {
 
 #[test]
 fn a_sweep_gathers_the_same_bytes_on_one_thread_on_two_in_parts_and_by_names() {
-    let place = Place::new("sweep", SMALL);
-    let plan = place.done("plan", "one", &["--json"]).json();
+    let test = SweepTest::new("sweep", SMALL);
+    let plan = test.done("plan", "one", &["--json"]).json();
     let cells = plan["cells"].as_array().unwrap().clone();
     assert_eq!((cells.len(), plan["points"].as_u64(), plan["groups"].as_u64()), (8, Some(4), Some(1)));
-    let ran = place.done("run", "one", &["--threads", "1", "--json"]).json();
+    let ran = test.done("run", "one", &["--threads", "1", "--json"]).json();
     assert_eq!((ran["run"].as_u64(), ran["failed"].as_u64()), (Some(8), Some(0)));
     assert_eq!((ran["photons"]["rendered"].as_u64(), ran["photons"]["found"].as_u64()), (Some(6), Some(42)));
-    let one = place.gathered("one");
+    let one = test.gathered("one");
     assert!(one[0].starts_with(b"PAR1") && one[0].ends_with(b"PAR1"));
     let csv = String::from_utf8(one[1].clone()).unwrap();
     assert_eq!(csv.lines().count(), 9);
@@ -184,24 +184,24 @@ fn a_sweep_gathers_the_same_bytes_on_one_thread_on_two_in_parts_and_by_names() {
     }
     assert!(!head.contains("ms_per_frame"), "nothing that was measured");
     // Nothing is left to run.
-    let again = place.done("run", "one", &["--json"]).json();
+    let again = test.done("run", "one", &["--json"]).json();
     assert_eq!(again["run"].as_u64(), Some(0));
-    place.done("run", "two", &["--threads", "2", "--quiet"]);
-    assert!(place.gathered("two") == one, "two threads");
+    test.done("run", "two", &["--threads", "2", "--quiet"]);
+    assert!(test.gathered("two") == one, "two threads");
     for part in ["2/3", "1/3", "3/3"] {
-        place.done("run", "parts", &["--shard", part, "--quiet"]);
+        test.done("run", "parts", &["--shard", part, "--quiet"]);
     }
-    assert!(place.gathered("parts") == one, "parts");
+    assert!(test.gathered("parts") == one, "parts");
     let names: Vec<&str> = cells.iter().rev().map(|cell| cell["cell"].as_str().unwrap()).collect();
     for (number, names) in names.chunks(3).enumerate() {
-        let file = place.scratch.join(&format!("ids{number}"));
+        let file = test.scratch.join(&format!("ids{number}"));
         std::fs::write(&file, names.join("\n")).unwrap();
-        place.done("run", "named", &["--cells", &file, "--photons-gib", "0", "--quiet"]);
+        test.done("run", "named", &["--cells", &file, "--photons-gib", "0", "--quiet"]);
     }
-    assert!(place.gathered("named") == one, "by names, without a store");
-    let page = place.done("report", "one", &["--spec", "tracked_fraction >= 0 for 50 %"]);
+    assert!(test.gathered("named") == one, "by names, without a store");
+    let page = test.done("report", "one", &["--spec", "tracked_fraction >= 0 for 50 %"]);
     assert!(page.stdout.contains("report.html"), "{}", page.stdout);
-    let page = std::fs::read_to_string(place.scratch.path().join("one/report.html")).unwrap();
+    let page = std::fs::read_to_string(test.scratch.path().join("one/report.html")).unwrap();
     for words in ["Paired differences", "First-order", "on the front", "Specifications", "id=\"cells\""] {
         assert!(page.contains(words), "{words}");
     }
@@ -240,13 +240,13 @@ fn every_method_lays_out_its_points_and_draws_the_same_again() {
 }
 
 /// The program with these words, started and left running.
-pub fn started(place: &Place, part: &str, out: &str, more: &[&str]) -> std::process::Child {
-    let mut command = sensel_command(&place.arguments(part, out, more));
-    command.env("XDG_CACHE_HOME", place.scratch.path());
+pub fn started(test: &SweepTest, part: &str, out: &str, more: &[&str]) -> std::process::Child {
+    let mut command = sensel_command(&test.arguments(part, out, more));
+    command.env("XDG_CACHE_HOME", test.scratch.path());
     command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null()).spawn().unwrap()
 }
 
 /// The same to its end.
-pub fn ended(place: &Place, part: &str, out: &str, more: &[&str]) -> Outcome {
-    outcome(sensel_command(&place.arguments(part, out, more)))
+pub fn ended(test: &SweepTest, part: &str, out: &str, more: &[&str]) -> Outcome {
+    outcome(sensel_command(&test.arguments(part, out, more)))
 }

@@ -104,11 +104,11 @@ fn a_stage_uses_only_the_stages_before_it() {
     let mut arrows = 0;
     for path in files(&["src"], "rs") {
         let Some(stage) = stage_of(&path) else { continue };
-        let Some(place) = ORDER.iter().position(|name| *name == stage) else { continue };
+        let Some(at) = ORDER.iter().position(|name| *name == stage) else { continue };
         let text = fs::read_to_string(&path).unwrap();
         for used in used_modules(&text) {
             if let Some(other) = ORDER.iter().position(|name| *name == used) {
-                assert!(other <= place, "{}: {stage} uses {used}, which comes after it", path.display());
+                assert!(other <= at, "{}: {stage} uses {used}, which comes after it", path.display());
                 arrows += 1;
             }
         }
@@ -117,7 +117,7 @@ fn a_stage_uses_only_the_stages_before_it() {
 }
 
 #[test]
-fn every_module_has_its_place_in_the_order() {
+fn every_module_is_in_the_order() {
     let text = fs::read_to_string(root().join("src/lib.rs")).unwrap();
     let modules: Vec<_> = text.lines().filter_map(|line| line.strip_prefix("pub mod ")?.strip_suffix(';')).collect();
     assert_eq!(modules, ORDER, "src/lib.rs and this test must list the same modules in the same order");

@@ -258,9 +258,9 @@ fn check_spans(schedule: &Schedule, case: u32) {
             }
             // The charge has left when the line begins; slots wait for its end.
             free_from = if schedule.slots().len() > 1 { read.end.0 } else { read.start.0 };
-            let place = schedule.geometry().read_of(array_row).unwrap();
-            let holder = reads.entry(read.start.0).or_insert((frame, slot, place));
-            assert_eq!(*holder, (frame, slot, place), "case {case}: two rows want one line");
+            let line = schedule.geometry().read_of(array_row).unwrap();
+            let holder = reads.entry(read.start.0).or_insert((frame, slot, line));
+            assert_eq!(*holder, (frame, slot, line), "case {case}: two rows want one line");
         }
     }
     let starts: Vec<u64> = reads.keys().copied().collect();

@@ -44,7 +44,7 @@ fn run(world: &World, motion: fn(f64) -> Pose, frames: u64) -> Vec<(Pose, Tracke
     run_with(world, (motion, frames), |_, _| {})
 }
 
-/// A frame's pose hangs on some 150 places of 0.5 px: the position error of a frame is about
+/// A frame's pose hangs on some 150 positions of 0.5 px: the position error of a frame is about
 /// 0.5 px / 320 px * 1.5 m / sqrt(150 / 6) = 0.5 mm. The map it hangs on starts from one stereo pair whose depths are off by
 /// 0.7 px * 1.5 m^2 / (320 px * 0.065 m) = 8 cm each, which averages out over 150 points and ten keyframes to about 2 mm. A
 /// centimetre is four times that.
@@ -61,14 +61,14 @@ fn a_lively_hand_in_a_room_is_tracked_in_every_frame_within_a_centimetre() {
     }
 }
 
-/// As above with pixels of 1 / 191 rad in place of 1 / 320: places and depths are known less well by that ratio, 1.7.
+/// As above with pixels of 1 / 191 rad in place of 1 / 320: positions and depths are known less well by that ratio, 1.7.
 #[test]
 fn fisheyes_that_see_behind_themselves_are_tracked_as_well() {
     let world = World { cameras: fisheye_rig(), ..World::usual(4) };
     let lens = world.cameras[0].lens;
     let behind = |input: &FrameInput| {
-        let places = input.features[0].iter().map(|feature| DVec2::new(feature.x_px(), feature.y_px()));
-        places.filter(|&position_px| lens.unproject(position_px).is_some_and(|bearing| bearing.z < 0.0)).count()
+        let positions = input.features[0].iter().map(|feature| DVec2::new(feature.x_px(), feature.y_px()));
+        positions.filter(|&position_px| lens.unproject(position_px).is_some_and(|bearing| bearing.z < 0.0)).count()
     };
     assert!(behind(&world.frame(0, &lively(0.0))) > 20, "features lie behind the camera's plane");
     let score = score(&run(&world, lively, 150));
@@ -165,8 +165,8 @@ fn a_body_at_rest_stays_within_millimetres_and_does_not_freeze() {
     let score = score(&answers);
     assert_eq!(score.tracked, 60);
     assert!(score.worst_m < 0.005, "{score:?}");
-    let place = |n: usize| answers[n].1.world_from_body.unwrap().translation_m;
-    let moved = (1..60).filter(|&n| (place(n) - place(n - 1)).length() > 1e-6).count();
+    let position_m = |n: usize| answers[n].1.world_from_body.unwrap().translation_m;
+    let moved = (1..60).filter(|&n| (position_m(n) - position_m(n - 1)).length() > 1e-6).count();
     assert!(moved >= 55, "a pose that does not follow its noise is not measured: {moved} of 59 steps");
 }
 

@@ -10,7 +10,7 @@ mod reference;
 use crate::common;
 
 use glam::{DQuat, DVec2, DVec3};
-use reference::{Places, distorted_px, first_hit};
+use reference::{RandomPixels, distorted_px, first_hit};
 use sensel::draw::DrawKey;
 use sensel::num::{f64_from_usize, index};
 use sensel::optics::lens::{Intrinsics, Lens, Mapping, Radtan};
@@ -64,7 +64,7 @@ fn depth_range_and_normals_are_those_of_the_nearest_triangle_at_the_time_of_the_
         let normals = seen.normals(&scene, &view);
         let materials = seen.materials(&scene);
         let (mut tried, mut worst) = (0, 0.0_f64);
-        for (x, y) in Places::new(21, SIZE).take(1_500) {
+        for (x, y) in RandomPixels::new(21, SIZE).take(1_500) {
             let pose = hand(times_s[y]).then(&camera.body_from_camera);
             let bearing = camera.lens.unproject(DVec2::new(f64_from_usize(x), f64_from_usize(y))).unwrap();
             let hit = first_hit(&scene.mesh, pose.translation_m, pose.direction(bearing)).unwrap();
@@ -106,7 +106,7 @@ fn a_wall_is_as_far_along_the_axis_as_each_row_finds_it() {
     let (now, next) = (TruthView::new(&camera, rolling(0), &still), TruthView::new(&camera, rolling(1), &still));
     let found = matches(&scene, &now, &surfaces(&scene, &now), &next);
     assert!(found.seen.values().iter().all(|&seen| seen == Visibility::Visible));
-    // Roundings of places up to 160 px in f64.
+    // Roundings of positions up to 160 px in f64.
     assert!(found.dx_px.values().iter().chain(found.dy_px.values()).all(|shift_px| shift_px.abs() < 1e-12));
 }
 
@@ -118,8 +118,8 @@ fn found_by_scanning(camera: &Camera, times_s: &[f64], point_m: DVec3) -> Option
         times_s[row] + (y_px - f64_from_usize(row)) * (times_s[row + 1] - times_s[row])
     };
     let pose = |y_px: f64| hand(time_s(y_px)).then(&camera.body_from_camera);
-    let place = |y_px: f64| distorted_px(&camera.lens, pose(y_px).inverse().point(point_m));
-    let beyond = |y_px: f64| place(y_px).map(|position_px| position_px.y - y_px);
+    let projected_px = |y_px: f64| distorted_px(&camera.lens, pose(y_px).inverse().point(point_m));
+    let beyond = |y_px: f64| projected_px(y_px).map(|position_px| position_px.y - y_px);
     let rows: Vec<f64> = (0..times_s.len()).map(f64_from_usize).collect();
     let crossed: Vec<f64> = rows
         .windows(2)
@@ -132,7 +132,7 @@ fn found_by_scanning(camera: &Camera, times_s: &[f64], point_m: DVec3) -> Option
         let middle = 0.5 * (low + high);
         if beyond(middle)? >= 0.0 { low = middle } else { high = middle }
     }
-    Some((place(low)?, pose(low)))
+    Some((projected_px(low)?, pose(low)))
 }
 
 #[test]
@@ -154,7 +154,7 @@ fn flow_and_visibility_are_those_of_points_projected_and_looked_at_one_by_one() 
         let (from, to) = (TruthView::new(&here, from_s.clone(), &hand), TruthView::new(other, to_s.clone(), &hand));
         let found = matches(&scene, &from, &surfaces(&scene, &from), &to);
         let (mut tried, mut worst_px) = (0, 0.0_f64);
-        for (x, y) in Places::new(22, SIZE).take(2_000) {
+        for (x, y) in RandomPixels::new(22, SIZE).take(2_000) {
             let pose = hand(from_s[y]).then(&here.body_from_camera);
             let here_px = DVec2::new(f64_from_usize(x), f64_from_usize(y));
             let bearing = pose.direction(here.lens.unproject(here_px).unwrap());
@@ -254,8 +254,8 @@ fn what_is_infinitely_far_turns_with_the_camera_and_does_not_shift() {
     let found = matches(&scene, &now, &seen, &next);
     let focal_px = camera.lens.intrinsics.fx_px;
     let (mut plate, mut sky, mut hidden) = (0, 0, 0);
-    for (place, &range_m) in seen.range_m.values().iter().enumerate() {
-        let (dx_px, state) = (f64::from(found.dx_px.values()[place]), found.seen.values()[place]);
+    for (at, &range_m) in seen.range_m.values().iter().enumerate() {
+        let (dx_px, state) = (f64::from(found.dx_px.values()[at]), found.seen.values()[at]);
         if range_m.is_finite() {
             // 0.1 m at 1 m; a rounding of 15 px to f32.
             assert!((dx_px + focal_px * 0.1).abs() < 1e-6, "{dx_px}");

@@ -236,11 +236,11 @@ fn waveforms_show_the_conversion_that_gives_the_codes() {
             let watched: Vec<usize> =
                 [4_usize, 8].into_iter().filter(|column| column % index(columns_per_adc) == index(view.pass)).collect();
             assert_eq!((view.bits.len(), view.counters.len()), (watched.len(), watched.len()));
-            for (place, &column) in watched.iter().enumerate() {
-                if view.bits[place] {
+            for (at, &column) in watched.iter().enumerate() {
+                if view.bits[at] {
                     first_high.entry((view.sample == Sample::Reset, column)).or_insert(view.clock);
                 }
-                last.insert((view.sample == Sample::Reset, column), view.counters[place]);
+                last.insert((view.sample == Sample::Reset, column), view.counters[at]);
             }
             shown += 1;
         });

@@ -116,14 +116,14 @@ pub fn print() {
         let times = medians_s(ROUNDS, &mut jobs);
         let of = |job: usize| ns_per_px(times[job]);
         println!("{words}: without effects {:.2} ns a pixel", of(0));
-        for (place, (name, case)) in fresh.iter().enumerate() {
+        for (at, (name, case)) in fresh.iter().enumerate() {
             let without = match (*name, beside(name)) {
                 ("shot_noise", _) => 0,
                 (_, "read_noise") => 2,
                 (_, "ktc_noise") => 3,
                 _ => 1,
             };
-            let cost = of(4 + place) - of(without);
+            let cost = of(4 + at) - of(without);
             println!("    cost(\"{name}\", \"{case}\", {:.2}),", cost.max(0.01));
             table.push(((*name).to_owned(), (*case).to_owned(), cost));
         }

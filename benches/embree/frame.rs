@@ -1,5 +1,5 @@
 //! The row of frames: the time of a scenario's first VGA frame as its user renders it, over that of Embree's one ray a pixel from the same
-//! place, one thread each.
+//! position, one thread each.
 
 use std::path::Path;
 use std::time::Instant;
@@ -106,8 +106,8 @@ fn centre_rays(setup: &Setup) -> Vec<Packet> {
         for x in (0..640).step_by(4) {
             let mut packet = idle();
             for lane in 0..LANES {
-                let place = DVec2::new(f64_from_usize(x + lane % 4), f64_from_usize(y + lane / 4));
-                if let Some(bearing) = camera.lens.unproject(place) {
+                let position_px = DVec2::new(f64_from_usize(x + lane % 4), f64_from_usize(y + lane / 4));
+                if let Some(bearing) = camera.lens.unproject(position_px) {
                     let direction = pose.direction(bearing).normalize();
                     set(
                         &mut packet,

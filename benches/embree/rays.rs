@@ -64,12 +64,13 @@ pub fn primary_rays() -> Vec<Packet> {
                 let mut packet = idle();
                 for lane in 0..LANES {
                     let pixel = [x + lane % 4, y + lane / 4];
-                    let place = sub_pixel(
+                    let offset_px = sub_pixel(
                         view.jittered,
                         DrawKey::root(u64_from(number)).with(u64_from(pixel[1] * VIEW_PX[0] + pixel[0])),
                     );
-                    let across = [0, 1]
-                        .map(|axis| f64_from_usize(pixel[axis]) + place[axis] - 0.5 * f64_from_usize(VIEW_PX[axis]));
+                    let across = [0, 1].map(|axis| {
+                        f64_from_usize(pixel[axis]) + offset_px[axis] - 0.5 * f64_from_usize(VIEW_PX[axis])
+                    });
                     let direction = turned * DVec3::new(across[0], -across[1], -FOCAL_PX).normalize();
                     set(&mut packet, lane, view.eye_m.map(f32_nearest), direction.to_array().map(f32_nearest));
                 }
@@ -118,7 +119,7 @@ impl Peer {
     /// Builds the program and writes the question into a folder.
     ///
     /// # Errors
-    /// No compiler, no Embree, no place to write.
+    /// No compiler, no Embree, no folder to write into.
     pub fn new(folder: &Path, triangles_m: &[[[f32; 3]; 3]], packets: &[Packet]) -> Result<Self, String> {
         std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
         let program = folder.join("embree");

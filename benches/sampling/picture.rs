@@ -36,8 +36,8 @@ pub fn svg(curves: &[(String, Vec<(f64, f64)>)]) -> String {
     let colours = ["#1b6ca8", "#c8553d", "#2a9d5c"];
     let dashes = ["", "6 3", "1 4"];
     for (number, (name, points)) in curves.iter().enumerate() {
-        let place = |&(samples, ratio): &(f64, f64)| format!("{:.1},{:.1}", x(samples), y(ratio));
-        let points: Vec<String> = points.iter().map(place).collect();
+        let coordinates = |&(samples, ratio): &(f64, f64)| format!("{:.1},{:.1}", x(samples), y(ratio));
+        let points: Vec<String> = points.iter().map(coordinates).collect();
         let (colour, dash) = (colours[number / 3 % 3], dashes[number % 3]);
         let style = format!(
             "fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\" stroke-dasharray=\"{dash}\" stroke-linecap=\"round\""

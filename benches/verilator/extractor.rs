@@ -36,9 +36,9 @@ fn hash(extracted: &Extracted) -> u64 {
     let mut hash = 0xCBF2_9CE4_8422_2325_u64;
     for (feature, clk) in extracted.features.iter().zip(&extracted.out_clk) {
         let [x, y] = [feature.x, feature.y].map(PositionPx::to_bits);
-        let places = [x, y, feature.score, feature.angle.to_bits().into(), feature.octave.into()];
+        let fields = [x, y, feature.score, feature.angle.to_bits().into(), feature.octave.into()];
         let bits = feature.descriptor.as_chunks::<4>().0.iter().map(|&bytes| u32::from_le_bytes(bytes).into());
-        let words = std::iter::once(*clk).chain(places.map(u64::from)).chain(bits);
+        let words = std::iter::once(*clk).chain(fields.map(u64::from)).chain(bits);
         words.for_each(|word| hash = (hash ^ word).wrapping_mul(0x100_0000_01B3));
     }
     hash

@@ -16,7 +16,7 @@ use std::path::Path;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let number = |place: usize, default: usize| words.get(place).and_then(|word| word.parse().ok()).unwrap_or(default);
+    let number = |at: usize, default: usize| words.get(at).and_then(|word| word.parse().ok()).unwrap_or(default);
     let (pairs, seeds) = (number(0, designs::PAIRS), number(1, designs::SEEDS));
     let over_runs = words.iter().any(|word| word == "--replicates");
     let (draw, replicates) =

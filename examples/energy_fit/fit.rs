@@ -170,9 +170,9 @@ pub fn fit(base: &Technology, observations: &Observations<'_>) -> Vec<f64> {
     let mut damping = 1e-2;
     for _ in 0..40 {
         let slopes: Vec<Vec<f64>> = (0..GROUPS.len())
-            .map(|place| {
+            .map(|at| {
                 let mut moved = parameters.clone();
-                moved[place] += STEP;
+                moved[at] += STEP;
                 logs(&moved).iter().zip(&residuals).map(|(after, before)| (after - before) / STEP).collect()
             })
             .collect();
@@ -192,10 +192,10 @@ pub fn fit(base: &Technology, observations: &Observations<'_>) -> Vec<f64> {
             let mut matrix: Vec<Vec<f64>> =
                 slopes.iter().map(|row| slopes.iter().map(|column| product(row, column)).collect()).collect();
             let mut right: Vec<f64> = slopes.iter().map(|row| -product(row, &residuals)).collect();
-            for (place, group) in GROUPS.iter().enumerate() {
+            for (at, group) in GROUPS.iter().enumerate() {
                 let stiffness = 1.0 / (group.prior_sigma * group.prior_sigma);
-                matrix[place][place] = (matrix[place][place] + stiffness) * (1.0 + damping);
-                right[place] -= parameters[place] * stiffness;
+                matrix[at][at] = (matrix[at][at] + stiffness) * (1.0 + damping);
+                right[at] -= parameters[at] * stiffness;
             }
             let step = solved(matrix, right);
             let tried: Vec<f64> = parameters.iter().zip(&step).map(|(at, step)| at + step).collect();
@@ -238,23 +238,23 @@ fn cost(residuals: &[f64], precisions: &[f64], parameters: &[f64]) -> f64 {
 /// Solves a symmetric positive definite system by elimination with pivots.
 fn solved(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
     let size = right.len();
-    for place in 0..size {
-        let pivot = (place..size)
-            .max_by(|&a, &b| matrix[a][place].abs().total_cmp(&matrix[b][place].abs()))
+    for pivot_row in 0..size {
+        let pivot = (pivot_row..size)
+            .max_by(|&a, &b| matrix[a][pivot_row].abs().total_cmp(&matrix[b][pivot_row].abs()))
             .expect("rows are left");
-        matrix.swap(place, pivot);
-        right.swap(place, pivot);
+        matrix.swap(pivot_row, pivot);
+        right.swap(pivot_row, pivot);
         for row in 0..size {
-            if row == place {
+            if row == pivot_row {
                 continue;
             }
-            let factor = matrix[row][place] / matrix[place][place];
-            let above = matrix[place].clone();
-            for (value, above) in matrix[row].iter_mut().zip(&above).skip(place) {
+            let factor = matrix[row][pivot_row] / matrix[pivot_row][pivot_row];
+            let above = matrix[pivot_row].clone();
+            for (value, above) in matrix[row].iter_mut().zip(&above).skip(pivot_row) {
                 *value -= factor * above;
             }
-            right[row] -= factor * right[place];
+            right[row] -= factor * right[pivot_row];
         }
     }
-    (0..size).map(|place| right[place] / matrix[place][place]).collect()
+    (0..size).map(|pivot_row| right[pivot_row] / matrix[pivot_row][pivot_row]).collect()
 }

@@ -14,7 +14,7 @@ use super::slopes::{Change, Mode, SLOPES, Slope};
 
 /// One chip's figures in mW.
 pub struct Judged {
-    /// The chip's place in the list.
+    /// The chip's index in the list.
     pub prepared: Prepared,
     /// By constants fitted to all chips.
     pub all_mw: f64,

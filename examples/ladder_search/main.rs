@@ -160,7 +160,7 @@ fn search(scene: &str, set: &[String]) -> Result<(), Error> {
     let own = Setting::of(&bench.setup.resolved.scenario);
     let frames = HELD_OUT.map(|part| part * bench.setup.frames / 32);
     assert!(
-        bench.places(PILOT_FRAMES).iter().all(|seen| !frames.contains(&seen.frame.0)),
+        bench.picture_ids(PILOT_FRAMES).iter().all(|seen| !frames.contains(&seen.frame.0)),
         "frames {frames:?} were seen"
     );
     let mut chosen = Vec::new();
@@ -192,9 +192,9 @@ fn search(scene: &str, set: &[String]) -> Result<(), Error> {
             (setting, verdicts[render].and(chain_verdicts[chain]))
         })
         .collect();
-    for (place, accuracy) in ACCURACIES.into_iter().enumerate() {
-        let found = verdicts[place].and(chain_verdicts[place]);
-        print_row(scene, accuracy, &chosen[place], found, &all);
+    for (at, accuracy) in ACCURACIES.into_iter().enumerate() {
+        let found = verdicts[at].and(chain_verdicts[place]);
+        print_row(scene, accuracy, &chosen[at], found, &all);
     }
     eprintln!("{scene}: {:.0} s, {:.0} s of CPU in all", wall.now_s(), Work.now_s());
     Ok(())

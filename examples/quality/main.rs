@@ -23,7 +23,7 @@ use score::{Features, Score, score};
 use settings::SETTINGS;
 use views::{VIEWS, View};
 
-/// Nearest place of a feature that counts, to either picture's edge: ORB's patch reaches 31 pixels.
+/// Nearest position of a feature that counts, to either picture's edge: ORB's patch reaches 31 pixels.
 pub const MARGIN_PX: f64 = 32.0;
 
 /// Scores of one view: one of `SETTINGS` a column, and ORB's with as many features as each.

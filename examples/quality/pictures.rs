@@ -29,14 +29,14 @@ fn one(file: &Path) -> Picture {
 }
 
 impl Picture {
-    /// The value at a place, between pixels bilinear; none outside.
+    /// The value at a position, between pixels bilinear; none outside.
     pub fn at(&self, x_px: f64, y_px: f64) -> Option<f64> {
         let (left, top) = (x_px.floor(), y_px.floor());
-        let inside = |place: f64, side: usize| place >= 0.0 && place + 1.0 < sensel::num::f64_from_usize(side);
+        let inside = |position: f64, side: usize| position >= 0.0 && position + 1.0 < sensel::num::f64_from_usize(side);
         if !inside(left, self.width) || !inside(top, self.height) {
             return None;
         }
-        let index = |place: f64| sensel::num::index(sensel::num::u32_truncated(place));
+        let index = |position: f64| sensel::num::index(sensel::num::u32_truncated(position));
         let (x, y) = (index(left), index(top));
         let value = |dx: usize, dy: usize| f64::from(self.values[(y + dy) * self.width + x + dx]);
         let (right, down) = (x_px - left, y_px - top);

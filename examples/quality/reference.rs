@@ -25,7 +25,7 @@ pub fn features(codes: &Codes, params: &ExtractorParams) -> Features {
     let smoothed = smooth(&words);
     let size = words.size();
     let margin = PATCH_MARGIN_PX;
-    let inside = |place: u32, side: u32| place >= margin && place + margin < side;
+    let inside = |position: u32, side: u32| position >= margin && position + margin < side;
     let mut cells: std::collections::BTreeMap<(u32, u32), Vec<Corner>> = std::collections::BTreeMap::new();
     let fine = ExtractorParams { pipeline_bits: BITS, threshold: params.threshold << (BITS - 8), ..*params };
     let settled = Extractor::new(&fine).settled(&codes.plane, codes.bits).expect("views are large enough");
@@ -79,8 +79,8 @@ fn describe(
 /// Bilinear; the pattern stays within a corner's patch.
 fn between(picture: &Plane<f64>, x: f64, y: f64) -> f64 {
     let (left, top) = (x.floor(), y.floor());
-    let place = |at: f64| index(sensel::num::u32_truncated(at));
-    let value = |dx: usize, dy: usize| picture.at(place(left) + dx, place(top) + dy);
+    let texel = |at: f64| index(sensel::num::u32_truncated(at));
+    let value = |dx: usize, dy: usize| picture.at(texel(left) + dx, texel(top) + dy);
     let (right, down) = (x - left, y - top);
     (value(0, 0) * (1.0 - right) + value(1, 0) * right) * (1.0 - down)
         + (value(0, 1) * (1.0 - right) + value(1, 1) * right) * down
@@ -95,7 +95,7 @@ fn smooth(words: &Plane<u16>) -> Plane<f64> {
         .collect();
     let total: f64 = weights.iter().sum();
     let (width, height) = (words.width_px(), words.height_px());
-    let near = |place: usize, k: usize, side: usize| (place + k).saturating_sub(REACH).min(side - 1);
+    let near = |at: usize, k: usize, side: usize| (at + k).saturating_sub(REACH).min(side - 1);
     let mut across = Plane::filled(words.size(), 0.0_f64);
     for y in 0..height {
         let row = words.row(y);

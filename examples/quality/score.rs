@@ -19,7 +19,7 @@ pub struct Score {
     pub features: f64,
     /// Share of features that are found again within three pixels.
     pub repeatability: f64,
-    /// Share of features whose mutually nearest descriptor is at the right place.
+    /// Share of features whose mutually nearest descriptor is at the right position.
     pub matching: f64,
 }
 
@@ -44,27 +44,27 @@ fn from_middle([x, y]: [f64; 2], size: Size) -> [f64; 2] {
 }
 
 fn is_inside([x, y]: [f64; 2], size: Size) -> bool {
-    let inside = |place: f64, side_px: u32| place.abs() <= 0.5 * (f64::from(side_px) - 1.0) - MARGIN_PX;
+    let inside = |position: f64, side_px: u32| position.abs() <= 0.5 * (f64::from(side_px) - 1.0) - MARGIN_PX;
     inside(x, size.width_px) && inside(y, size.height_px)
 }
 
 /// Features beyond the margin.
 pub fn inside(features: &Features, size: Size) -> usize {
-    features.iter().filter(|(place, _)| is_inside(from_middle(*place, size), size)).count()
+    features.iter().filter(|(position, _)| is_inside(from_middle(*position, size), size)).count()
 }
 
 /// The share of the features that both pictures show, which is the lesser number of the two.
 pub fn score(before: &Features, after: &Features, view: &View, size: Size) -> Score {
     // Where features of the first picture are in the second; and those of the second, if the first shows them.
-    let mapped = before.iter().filter_map(|(place, descriptor)| {
-        let place = from_middle(*place, size);
-        let there = view.map(place);
-        (is_inside(place, size) && is_inside(there, size)).then_some((there, *descriptor))
+    let mapped = before.iter().filter_map(|(position, descriptor)| {
+        let position = from_middle(*position, size);
+        let there = view.map(position);
+        (is_inside(position, size) && is_inside(there, size)).then_some((there, *descriptor))
     });
     let mapped: Features = mapped.collect();
-    let shown = after.iter().filter_map(|(place, descriptor)| {
-        let place = from_middle(*place, size);
-        (is_inside(place, size) && is_inside(view.unmapped(place), size)).then_some((place, *descriptor))
+    let shown = after.iter().filter_map(|(position, descriptor)| {
+        let position = from_middle(*position, size);
+        (is_inside(position, size) && is_inside(view.unmapped(position), size)).then_some((position, *descriptor))
     });
     let shown: Features = shown.collect();
     let most = lesser(f64_from_usize(mapped.len()), f64_from_usize(shown.len()));

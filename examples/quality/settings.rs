@@ -49,7 +49,7 @@ pub const SETTINGS: &[Setting] = fixed! {
     "3-bit angle", angle_bits = 3;
     "symmetric, 128-bit descriptor", pattern = PairPattern::Symmetric, descriptor_bits = 128;
     "Harris rank", rank = Rank::Harris;
-    "whole-pixel places", subpixel = false;
+    "whole-pixel positions", subpixel = false;
     "1 corner a cell", per_cell = 1;
     "3 octaves", octaves = 3;
 };
@@ -60,14 +60,14 @@ impl Method {
         match self {
             Self::Fixed(params) => {
                 let found = Extractor::new(params).settled(&codes.plane, codes.bits);
-                found.expect("views are large enough").features.iter().map(place).collect()
+                found.expect("views are large enough").features.iter().map(keypoint).collect()
             }
             Self::Float => reference::features(codes, &USUAL),
         }
     }
 }
 
-fn place(feature: &Feature) -> ([f64; 2], [u64; 4]) {
+fn keypoint(feature: &Feature) -> ([f64; 2], [u64; 4]) {
     ([feature.x_px(), feature.y_px()], words(&feature.descriptor))
 }
 

@@ -52,7 +52,7 @@ impl View {
         bits: BITS,
     };
 
-    /// Where a place of the first picture is in the second, from the middle of both.
+    /// Where a position of the first picture is in the second, from the middle of both.
     pub fn map(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sine, cosine) = libm::sincos(self.rotation_deg.to_radians());
         let (u, v) = (self.scale * (cosine * x - sine * y), self.scale * (sine * x + cosine * y));
@@ -158,9 +158,9 @@ fn blurred(values: &[f64], width: usize, sigma_px: f64) -> Vec<f64> {
         let before = pass.clone();
         for (i, out) in pass.iter_mut().enumerate() {
             let (x, y) = (i % width, i / width);
-            let place = if across { x } else { y };
+            let coordinate = if across { x } else { y };
             let tap = |(k, weight): (usize, &f64)| {
-                let at = (place + k).saturating_sub(reach).min(count - 1);
+                let at = (coordinate + k).saturating_sub(reach).min(count - 1);
                 weight * if across { before[y * width + at] } else { before[at * width + x] }
             };
             *out = weights.iter().enumerate().map(tap).sum::<f64>() / total;

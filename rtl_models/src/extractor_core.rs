@@ -49,7 +49,7 @@ pub fn front_config(config: &FxBackConfig) -> FxFrontConfig {
 
 /// The front's pins as the back sees them.
 pub fn back_pins(front: &FxFrontOut, rst: bool, settings: FxSettings, out_ready: bool) -> FxBackIn {
-    let short = |value: u32| u16::try_from(value).expect("front's places have 16 bits");
+    let short = |value: u32| u16::try_from(value).expect("front's positions have 16 bits");
     let index = |octave: u32| usize::try_from(octave).expect("below four");
     FxBackIn {
         rst,

@@ -143,7 +143,7 @@ impl<T: PixelWord, S: ExtractorHost> FrontSink<T> for Sink<'_, '_, S> {
             self.time.back.write_row(octave, done.row - 3, done.smoothed);
         }
         for found in &self.corners[..self.used] {
-            let short = |place: u32| u16::try_from(place).expect("places have 12 bits");
+            let short = |position: u32| u16::try_from(position).expect("positions have 12 bits");
             let RowCorner { x, y, score, resp, rank } = *found;
             self.time.back.put(octave, ListedCorner { x_px: short(x), y_px: short(y), score, rank, resp });
         }

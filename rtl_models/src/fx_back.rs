@@ -17,7 +17,7 @@ use crate::fx_fifo::FxFifo;
 use crate::fx_fit::FxFit;
 use crate::fx_orient::FxOrient;
 use crate::fx_ring::{FxRing, RingRead, RingWrite};
-use crate::words::{PlacePx, ShiftPx};
+use crate::words::{PositionPx, ShiftPx};
 
 pub use crate::fx_back_ports::{
     DUMP_CLK, FxBackIn, FxBackMemory, FxBackOut, FxBackToggles, FxCounts, FxSettings, LOADED_CLK, START_GAP_CLK,
@@ -29,7 +29,7 @@ pub use crate::fx_config::{FxBackConfig, PATCH_MARGIN_PX};
 mod events;
 
 /// From a pixel's edge to its centre.
-const HALF_PX: PlacePx = PlacePx::lit("0.5");
+const HALF_PX: PositionPx = PositionPx::lit("0.5");
 
 /// A corner that is loaded: its engine, and clocks since the one after its start.
 #[derive(Clone, Copy, Debug)]
@@ -250,8 +250,8 @@ impl<'a> FxBack<'a> {
     }
 
     fn has_patch(&self, octave: usize, corner: &ListedCorner) -> bool {
-        let inside = |place: u16, side: u32| {
-            u32::from(place) >= PATCH_MARGIN_PX && u32::from(place) + PATCH_MARGIN_PX < side >> octave
+        let inside = |position: u16, side: u32| {
+            u32::from(position) >= PATCH_MARGIN_PX && u32::from(position) + PATCH_MARGIN_PX < side >> octave
         };
         inside(corner.x_px, self.config.width) && inside(corner.y_px, self.config.height)
     }
@@ -277,16 +277,16 @@ impl<'a> FxBack<'a> {
         }
     }
 
-    /// Engines, with the columns, the angle and the place of the corner that is loaded.
+    /// Engines, with the columns, the angle and the position of the corner that is loaded.
     fn step_engines(&mut self, pins: &FxBackIn, decided: &Decisions) {
         let record = self.orient.angle().zip(self.load).map(|(angle, load)| {
             let QueuedCorner { corner, octave, frame, .. } = load.candidate;
             let (dx, dy) = if self.config.subpixel { self.fit.offset() } else { (ShiftPx::ZERO, ShiftPx::ZERO) };
-            let place = |px: u16, shift: ShiftPx| {
-                let from_edge = PlacePx::wrapping_from_num(px).wrapping_add(HALF_PX).wrapping_add_signed(shift);
+            let position = |px: u16, shift: ShiftPx| {
+                let from_edge = PositionPx::wrapping_from_num(px).wrapping_add(HALF_PX).wrapping_add_signed(shift);
                 from_edge.wrapping_shl(octave.into()).wrapping_sub(HALF_PX)
             };
-            let (x_q4, y_q4) = (place(corner.x_px, dx), place(corner.y_px, dy));
+            let (x_q4, y_q4) = (position(corner.x_px, dx), position(corner.y_px, dy));
             Record { x_q4, y_q4, score: corner.score, angle, octave, frame, descriptor: [0; 32] }
         });
         let column = self.ring.column().zip(self.load).map(|(column, load)| (load.columns, column));

@@ -1,4 +1,4 @@
-//! What the back of the extractor is built as, borrows, takes in and gives out; constants of its clock rules. Places are pixels
+//! What the back of the extractor is built as, borrows, takes in and gives out; constants of its clock rules. Positions are pixels
 //! of an octave.
 
 use crate::fx_cells::{CellList, ListedCorner};

@@ -3,10 +3,10 @@
 
 use crate::fx_config::FxBackConfig;
 
-/// Most places of a list.
+/// Most entries of a list.
 pub const PER_CELL_MAX: usize = 4;
 
-/// A corner as the lists hold it; places in pixels of its octave.
+/// A corner as the lists hold it; positions in pixels of its octave.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ListedCorner {
     /// Column.
@@ -29,15 +29,15 @@ pub struct CellList {
 }
 
 impl CellList {
-    /// Puts a corner behind all of equal or higher rank; of a list of `places` the last falls out. Returns whether one did.
-    fn insert(&mut self, corner: ListedCorner, places: usize) -> bool {
+    /// Puts a corner behind all of equal or higher rank; of a list of `entries_max` the last falls out. Returns whether one did.
+    fn insert(&mut self, corner: ListedCorner, entries_max: usize) -> bool {
         let used = usize::from(self.used);
         let at = self.corners[..used].partition_point(|held| held.rank >= corner.rank);
-        if at < places {
-            self.corners[at..places].rotate_right(1);
+        if at < entries_max {
+            self.corners[at..entries_max].rotate_right(1);
             self.corners[at] = corner;
         }
-        let full = used == places;
+        let full = used == entries_max;
         self.used += u8::from(!full);
         full
     }
@@ -58,7 +58,7 @@ pub struct BankWalk {
 #[derive(Debug)]
 pub struct FxCells<'a> {
     lists: &'a mut [CellList],
-    places: usize,
+    entries_max: usize,
     cell_log2: u32,
     /// First list of each octave's bank 0, and the number of cells in a bank.
     octaves: [(usize, usize); 4],
@@ -76,14 +76,14 @@ impl<'a> FxCells<'a> {
         let mut first = 0;
         let octaves = core::array::from_fn(|octave| {
             let cells = config.cells(octave);
-            let place = (first, cells);
+            let list_range = (first, cells);
             first += 2 * cells;
-            place
+            list_range
         });
-        let places = usize::try_from(config.per_cell).expect("at most four");
+        let entries_max = usize::try_from(config.per_cell).expect("at most four");
         let mut cells = Self {
             lists,
-            places,
+            entries_max,
             cell_log2: config.cell_log2,
             octaves,
             held: None,
@@ -145,7 +145,7 @@ impl<'a> FxCells<'a> {
     /// Puts a corner into its list, as two clocks do; whether one falls off it. Nothing walks that bank.
     pub(crate) fn insert(&mut self, octave: usize, corner: ListedCorner) -> bool {
         let list = self.list_of(octave, &corner);
-        self.lists[list].insert(corner, self.places)
+        self.lists[list].insert(corner, self.entries_max)
     }
 
     fn list_of(&self, octave: usize, corner: &ListedCorner) -> usize {
@@ -155,14 +155,14 @@ impl<'a> FxCells<'a> {
 
     /// The newcomer of the clock before pushes a corner off its list.
     pub fn lost(&self) -> bool {
-        self.held.is_some_and(|(list, _)| usize::from(self.lists[list].used) == self.places)
+        self.held.is_some_and(|(list, _)| usize::from(self.lists[list].used) == self.entries_max)
     }
 
     /// One rising edge: a corner of an octave may enter, a walk may begin, and the queue takes an entry or not.
     pub fn tick(&mut self, put: Option<(usize, ListedCorner)>, load: Option<BankWalk>, take: bool) {
         let (steps, last, offered) = (self.steps(take), self.last(take), self.entry().is_some());
         if let Some((list, corner)) = self.held.take() {
-            self.lists[list].insert(corner, self.places);
+            self.lists[list].insert(corner, self.entries_max);
         }
         self.held = put.map(|(octave, corner)| (self.list_of(octave, &corner), corner));
         if let Some(walk) = load {

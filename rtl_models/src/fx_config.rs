@@ -28,7 +28,7 @@ pub struct FxBackConfig {
     pub desc_bits: u32,
     /// The rotationally symmetric pattern.
     pub symmetric: bool,
-    /// Fit places to sixteenths of a pixel.
+    /// Fit positions to sixteenths of a pixel.
     pub subpixel: bool,
     /// Width of the picture, 7 to `max_width`.
     pub width: u32,

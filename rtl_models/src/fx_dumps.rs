@@ -165,8 +165,8 @@ impl FxDumps {
         let (octave, banks) = (&self.octaves[row.octave], &self.banks[row.octave]);
         let first_waits = row.row == 0 && (octave.end_waits || banks.iter().any(|bank| bank.to_dump));
         let bank_waits = row.row.checked_sub(4).is_some_and(|from_first| {
-            let (cell_row, place) = (from_first >> self.cell_log2, from_first % (1 << self.cell_log2));
-            place == 0 && banks[usize::from(cell_row % 2 == 1)].to_dump
+            let (cell_row, row_in_cell) = (from_first >> self.cell_log2, from_first % (1 << self.cell_log2));
+            row_in_cell == 0 && banks[usize::from(cell_row % 2 == 1)].to_dump
         });
         let asked = octave.base.wrapping_add(number(row.row));
         let overwrites =

@@ -4,7 +4,7 @@
 use crate::flips;
 use crate::fx_pattern::points;
 use crate::fx_ring::{Column, SIDE};
-use crate::words::{PlacePx, Sine, TurnedPx, Turns};
+use crate::words::{PositionPx, Sine, TurnedPx, Turns};
 
 /// Bytes of the widest descriptor.
 pub const BYTES: usize = 32;
@@ -21,9 +21,9 @@ const SINE_BITS: [i16; 65] = [
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Record {
     /// Column in octave 0.
-    pub x_q4: PlacePx,
+    pub x_q4: PositionPx,
     /// Row in octave 0.
-    pub y_q4: PlacePx,
+    pub y_q4: PositionPx,
     /// FAST score in DN of the pipeline.
     pub score: u16,
     /// Orientation.
@@ -46,7 +46,7 @@ pub struct EngineConfig {
 }
 
 /// Two points of the patch, as (column, row).
-type Places = [(usize, usize); 2];
+type PatchPoints = [(usize, usize); 2];
 
 /// The engine's registers and patch memory.
 #[derive(Clone, Copy, Debug)]
@@ -55,7 +55,7 @@ pub struct Engine {
     record: Record,
     index: Option<u8>,
     picked: Option<(u8, [(i32, i32); 2])>,
-    places: Option<(u8, Places)>,
+    patch_points: Option<(u8, PatchPoints)>,
     pixels: Option<(u8, [u16; 2])>,
     sine: Sine,
     cosine: Sine,
@@ -70,7 +70,7 @@ impl Default for Engine {
             record: Record::default(),
             index: None,
             picked: None,
-            places: None,
+            patch_points: None,
             pixels: None,
             sine: Sine::ZERO,
             cosine: Sine::ZERO,
@@ -109,12 +109,13 @@ impl Engine {
             self.store(index, first < second);
             self.done |= index == last;
         }
-        self.pixels = self.places.take().map(|(index, places)| (index, places.map(|(x, y)| self.patch[x][y])));
+        self.pixels =
+            self.patch_points.take().map(|(index, patch_points)| (index, patch_points.map(|(x, y)| self.patch[x][y])));
         let (sine, cosine) = (self.sine, self.cosine);
-        self.places = self.picked.take().map(|(index, points)| {
-            let place = |point| if config.symmetric { point } else { turned(point, sine, cosine) };
+        self.patch_points = self.picked.take().map(|(index, points)| {
+            let turned_point = |point| if config.symmetric { point } else { turned(point, sine, cosine) };
             let column = |offset: i32| usize::try_from(offset + 13).expect("a turn keeps the radius");
-            (index, points.map(place).map(|(x, y)| (column(x), column(y))))
+            (index, points.map(turned_point).map(|(x, y)| (column(x), column(y))))
         });
         self.picked = self.index.map(|index| {
             let turn = if config.symmetric { self.record.angle.to_bits() & 0xF8 } else { 0 };
@@ -134,9 +135,9 @@ impl Engine {
 
     /// Clocks until the record waits; none where no descriptor is under way.
     pub(crate) fn clocks_to_done(&self, config: EngineConfig) -> Option<u32> {
-        let (picked, placed, read) = (self.picked.is_some(), self.places.is_some(), self.pixels.is_some());
+        let (picked, turned, read) = (self.picked.is_some(), self.patch_points.is_some(), self.pixels.is_some());
         let left = |index: u8| config.desc_bits - u32::from(index) + 3;
-        let in_flight = || if picked { Some(3) } else { placed.then_some(2).or(read.then_some(1)) };
+        let in_flight = || if picked { Some(3) } else { turned.then_some(2).or(read.then_some(1)) };
         self.index.map(left).or_else(in_flight)
     }
 

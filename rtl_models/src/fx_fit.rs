@@ -114,6 +114,6 @@ mod tests {
             inner += u32::from(dx != 0 && dx.abs() < 15);
             clipped += u32::from(dx == -16 || dx == 15);
         }
-        assert!(tried == 200_000 && inner > 20_000 && clipped > 1_000, "{inner} places inside, {clipped} clipped");
+        assert!(tried == 200_000 && inner > 20_000 && clipped > 1_000, "{inner} points inside, {clipped} clipped");
     }
 }

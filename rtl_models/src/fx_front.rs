@@ -43,7 +43,7 @@ pub struct FxFrontIn {
     pub threshold: u16,
 }
 
-/// Pins that leave, after the rising edge. Places of the smoothed pixel and the corner wrap at 16 bits where there is none.
+/// Pins that leave, after the rising edge. Positions of the smoothed pixel and the corner wrap at 16 bits where there is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FxFrontOut {
     /// A pixel would be taken, with the `row_ok` of the edge that went before.
@@ -94,7 +94,7 @@ struct Carried {
     half_scale: bool,
     half: u32,
     addresses: [u32; 8],
-    places: [u32; 2],
+    columns: [u32; 2],
 }
 
 /// Bits flipped so far in the registers of each sub-block.
@@ -112,7 +112,7 @@ pub struct FrontToggles {
     pub smooth: u64,
     /// Harris.
     pub harris: u64,
-    /// What positions carry along, and the places on the pins.
+    /// What positions carry along, and the columns on the pins.
     pub top: u64,
 }
 
@@ -150,8 +150,8 @@ fn index(address: u32) -> usize {
     usize::try_from(address).expect("memories have fewer than 2^32 words")
 }
 
-fn bit(bits: u32, place: u32) -> bool {
-    bits >> place & 1 == 1
+fn bit(bits: u32, at: u32) -> bool {
+    bits >> at & 1 == 1
 }
 
 impl<'a> FxFront<'a> {
@@ -217,19 +217,19 @@ impl<'a> FxFront<'a> {
     pub fn out(&self, row_ok: bool) -> FxFrontOut {
         let (sm_valid, sm_pixel) = self.smooth.pixel();
         let (corner_valid, corner_score, corner_resp) = self.nms.corner();
-        let place = |at: u32, back: u32| at.wrapping_sub(back) & 0xFFFF;
+        let position = |at: u32, back: u32| at.wrapping_sub(back) & 0xFFFF;
         FxFrontOut {
             in_ready: self.in_ready(row_ok),
             request: self.request(),
             octave: self.out.octave,
             row: self.out.row,
             sm_valid,
-            sm_x: place(self.out.column, 3),
-            sm_y: place(self.out.row, 3),
+            sm_x: position(self.out.column, 3),
+            sm_y: position(self.out.row, 3),
             sm_pixel,
             corner_valid,
-            corner_x: place(self.out.column, 4),
-            corner_y: place(self.out.row, 4),
+            corner_x: position(self.out.column, 4),
+            corner_y: position(self.out.row, 4),
             corner_score,
             corner_resp,
             corner_rank: if self.config.harris { self.out.rank } else { corner_score },
@@ -283,7 +283,7 @@ impl<'a> FxFront<'a> {
         self.window.tick(position.real_pixel.then(|| index(position.address)), address(0, carried.pixel), pixel);
         if self.config.octaves > 1 {
             let read = position.real_pixel && position.half_scale;
-            let write = bit(carried.half, 1).then(|| index(carried.places[1]));
+            let write = bit(carried.half, 1).then(|| index(carried.columns[1]));
             self.half.tick(read.then(|| index(position.column)), write, newest);
         }
         if position.real_pixel && !position.half_scale {
@@ -331,10 +331,10 @@ impl<'a> FxFront<'a> {
             half_scale: position.half_scale,
             half: shift(before.half, position.half, 2),
             addresses: [position.address, a, b, c, d, e, f, g],
-            places: [position.column >> 1, before.places[0]],
+            columns: [position.column >> 1, before.columns[0]],
         };
         next.addresses[addresses..].fill(0);
-        self.toggles += flips_of(&before.addresses, &next.addresses) + flips_of(&before.places, &next.places);
+        self.toggles += flips_of(&before.addresses, &next.addresses) + flips_of(&before.columns, &next.columns);
         let flags = |of: &Carried| [of.first, of.last, of.column, of.whole, of.peak, of.half];
         self.toggles += flips_of(&flags(&before), &flags(&next));
         self.carried = next;

@@ -105,7 +105,7 @@ fn index(value: u32) -> usize {
 
 #[inline(always)]
 fn number(value: usize) -> u32 {
-    u32::try_from(value).expect("a place in a row")
+    u32::try_from(value).expect("a column in a row")
 }
 
 #[inline(always)]

@@ -79,11 +79,11 @@ impl<'a> FxHarris<'a> {
         let [newest, one, two, three, four, _] = self.sums;
         let more = [one, two, three, four].map(|sum| add(sum, newest));
         let sums = [products, newest, more[0], more[1], more[2], more[3]];
-        let column = |index: usize, place: usize| {
-            let from = |offset: usize| i64::from(right[index][place + offset] >> self.shift);
+        let column = |index: usize, at: usize| {
+            let from = |offset: usize| i64::from(right[index][at + offset] >> self.shift);
             [from(0), from(1), from(2)]
         };
-        let gradients = [0, 1, 2, 3, 4].map(|place| sobel([0, 1, 2].map(|index| column(index, place))));
+        let gradients = [0, 1, 2, 3, 4].map(|at| sobel([0, 1, 2].map(|index| column(index, at))));
         let wide = |before: &[i64], after: &[i64], bits: u32| -> u64 {
             let mask = (1 << bits) - 1;
             before.iter().zip(after).map(|(a, b)| flips_wide((a ^ b) & mask)).sum()

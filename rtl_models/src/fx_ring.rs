@@ -86,8 +86,8 @@ impl<'a> FxRing<'a> {
     /// A row's pixels from a column on, as so many clocks write them.
     pub(crate) fn write_row<T: Copy + Into<u16>>(&mut self, octave: usize, x_px: usize, row_number: u16, row: &[T]) {
         let start = usize::from(row_number) % self.rows * self.words + self.starts[octave] + x_px;
-        let places = &mut self.pixels[start..start + row.len()];
-        places.iter_mut().zip(row).for_each(|(place, &pixel)| *place = pixel.into());
+        let stored = &mut self.pixels[start..start + row.len()];
+        stored.iter_mut().zip(row).for_each(|(stored, &pixel)| *stored = pixel.into());
     }
 
     /// One rising edge.
@@ -98,15 +98,16 @@ impl<'a> FxRing<'a> {
             self.toggles += changes.sum::<u64>();
             self.last = *column;
         }
-        let place = |rows: usize, row: usize, octave: usize, x_px: u16| {
+        let address = |rows: usize, row: usize, octave: usize, x_px: u16| {
             row % rows * self.words + self.starts[octave] + usize::from(x_px)
         };
         if let Some(read) = read {
-            let pixel = |row| self.pixels[place(self.rows, usize::from(read.row_number) + row, read.octave, read.x_px)];
+            let pixel =
+                |row| self.pixels[address(self.rows, usize::from(read.row_number) + row, read.octave, read.x_px)];
             self.read = Some(core::array::from_fn(pixel));
         }
         if let Some(write) = write {
-            self.pixels[place(self.rows, usize::from(write.row_number), write.octave, write.x_px)] = write.pixel;
+            self.pixels[address(self.rows, usize::from(write.row_number), write.octave, write.x_px)] = write.pixel;
         }
     }
 }

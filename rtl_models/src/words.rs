@@ -44,9 +44,9 @@ macro_rules! words {
 words! {
     /// All words of this file.
     FORMATS:
-    PlacePx = FixedU16<U4>, "Place of a feature in pixels of octave 0; pixel centres are whole", "0 to 4095 15/16";
-    ShiftPx = FixedI16<U4>, "What the fit moves a place by, in pixels of its octave", "-1 to 15/16";
-    EdgeDistancePx = FixedU32<U4>, "Distance from the picture's edge, before the low 16 bits are the place", "0 to 4096";
+    PositionPx = FixedU16<U4>, "Position of a feature in pixels of octave 0; pixel centres are whole", "0 to 4095 15/16";
+    ShiftPx = FixedI16<U4>, "What the fit moves a position by, in pixels of its octave", "-1 to 15/16";
+    EdgeDistancePx = FixedU32<U4>, "Distance from the picture's edge, before the low 16 bits are the position", "0 to 4096";
     Turns = FixedU8<U8>, "Orientation in turns, from +x towards +y", "0 to 255/256";
     Slope = FixedU32<U16>, "Tangent of a seam between two angles of the first octant", "804/65536 to 63947/65536";
     SlopeSide = FixedU64<U16>, "The shorter moment, and the longer one times a slope", "0 to below 2^29";

@@ -27,9 +27,9 @@ pub struct Comparators<'a> {
     clock: u32,
     ramp_nv: i64,
     delays_clk: Vec<u32>,
-    /// Level and place of columns that have not been crossed, the lowest last.
+    /// Level and index of columns that have not been crossed, the lowest last.
     waiting: Vec<(i64, usize)>,
-    /// Clock at which a crossed column's bit goes high, and its place.
+    /// Clock at which a crossed column's bit goes high, and its index.
     due: BinaryHeap<Reverse<(u32, usize)>>,
     high: Vec<bool>,
     /// Columns whose bits went high at the present clock.
@@ -40,7 +40,7 @@ impl<'a> Comparators<'a> {
     /// All bits low, the ramp at its bottom. `chosen` columns of the row, with their levels.
     fn new(columns: &Columns<'a>, chosen: &[usize], levels_nv: impl Iterator<Item = i64>) -> Self {
         let converter = columns.converter;
-        let mut waiting: Vec<_> = levels_nv.enumerate().map(|(place, level_nv)| (level_nv, place)).collect();
+        let mut waiting: Vec<_> = levels_nv.enumerate().map(|(at, level_nv)| (level_nv, at)).collect();
         waiting.sort_unstable_by(|a, b| b.cmp(a));
         Self {
             edges: &converter.edges,
@@ -61,7 +61,7 @@ impl<'a> Comparators<'a> {
         &self.high
     }
 
-    /// Columns, by their place among the chosen, whose bits went high at the present clock.
+    /// Columns, by their index among the chosen, whose bits went high at the present clock.
     pub fn flipped(&self) -> &[usize] {
         &self.flipped
     }
@@ -77,25 +77,25 @@ impl<'a> Comparators<'a> {
         self.flipped.clear();
         let shift_nv = self.kickback.map_or(0, |kickback| kickback.shift_nv(self.shift, self.clock));
         self.ramp_nv = self.edges.edge_nv(self.clock) + shift_nv;
-        while let Some(&(level_nv, place)) = self.waiting.last() {
+        while let Some(&(level_nv, at)) = self.waiting.last() {
             if self.ramp_nv <= level_nv {
                 break;
             }
             self.waiting.pop();
-            match self.delays_clk[place] {
-                0 => self.flipped.push(place),
-                delay_clk => self.due.push(Reverse((self.clock + delay_clk, place))),
+            match self.delays_clk[at] {
+                0 => self.flipped.push(at),
+                delay_clk => self.due.push(Reverse((self.clock + delay_clk, at))),
             }
         }
-        while let Some(&Reverse((clock, place))) = self.due.peek() {
+        while let Some(&Reverse((clock, at))) = self.due.peek() {
             if clock > self.clock {
                 break;
             }
             self.due.pop();
-            self.flipped.push(place);
+            self.flipped.push(at);
         }
-        for &place in &self.flipped {
-            self.high[place] = true;
+        for &at in &self.flipped {
+            self.high[at] = true;
         }
         if let Some(kickback) = self.kickback.filter(|_| !self.flipped.is_empty()) {
             let flips = crate::num::u32_from(self.flipped.len());
@@ -242,10 +242,10 @@ impl Columns<'_> {
                 let (reset_steps, signal_steps) = (steps(Sample::Reset), steps(Sample::Signal));
                 verilog.row(&RowRequest { cds: params.column(), signal_steps, reset_steps, reset_clk, signal_clk })
             });
-            for (place, &column) in chosen.iter().enumerate() {
+            for (at, &column) in chosen.iter().enumerate() {
                 codes[column] = match &in_verilog {
-                    Some(codes) => codes[place],
-                    None => counters.code(place, params.code_max()),
+                    Some(codes) => codes[at],
+                    None => counters.code(at, params.code_max()),
                 };
             }
             work.counter_steps += counters.work.counter_steps;
@@ -262,8 +262,8 @@ impl Columns<'_> {
         for clock in 1..=self.converter.steps(sample) {
             comparators.tick();
             counters.tick(comparators.flipped());
-            for &place in comparators.flipped() {
-                crossings_clk[place] = clock;
+            for &at in comparators.flipped() {
+                crossings_clk[at] = clock;
             }
         }
         crossings_clk
@@ -287,14 +287,14 @@ impl Columns<'_> {
                 continue;
             }
             for (pass, (chosen, counters)) in passes.iter().zip(&mut counters).enumerate() {
-                let places: Vec<usize> = (0..chosen.len()).filter(|&place| watched.contains(&chosen[place])).collect();
+                let indices: Vec<usize> = (0..chosen.len()).filter(|&at| watched.contains(&chosen[at])).collect();
                 let mut comparators = self.comparators(chosen, samples_uv);
                 counters.begin(sample);
                 for clock in 1..=self.converter.steps(sample) {
                     comparators.tick();
                     counters.tick(comparators.flipped());
-                    let bits: Vec<bool> = places.iter().map(|&place| comparators.bits()[place]).collect();
-                    let readings: Vec<i64> = places.iter().map(|&place| counters.reading(place)).collect();
+                    let bits: Vec<bool> = indices.iter().map(|&at| comparators.bits()[at]).collect();
+                    let readings: Vec<i64> = indices.iter().map(|&at| counters.reading(at)).collect();
                     let (pass, ramp_nv) = (crate::num::u32_from(pass), comparators.ramp_nv());
                     see(ClockView { sample, pass, clock, ramp_nv, bits: &bits, counters: &readings });
                 }

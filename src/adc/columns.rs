@@ -29,5 +29,5 @@ pub struct Columns<'a> {
     /// Delay of each column in `adc_clk`; empty where all are 0.
     pub(super) delays_clk: Vec<u32>,
     /// Array columns of those that are converted; none where all are.
-    pub(super) places: Option<Vec<usize>>,
+    pub(super) array_columns: Option<Vec<usize>>,
 }

@@ -65,7 +65,7 @@ impl Converter {
 
     /// The converters of a die. `die` is the key of its columns, as `RowPass::column_pattern_key` makes it.
     pub fn columns(&self, die: DrawKey, width: usize) -> Columns<'_> {
-        Columns { converter: self, delays_clk: column_delay::delays_clk(&self.params, die, width), places: None }
+        Columns { converter: self, delays_clk: column_delay::delays_clk(&self.params, die, width), array_columns: None }
     }
 
     /// Converts a row of columns whose comparators all have the mean delay. As `Columns::convert_row`.
@@ -74,7 +74,7 @@ impl Converter {
             0 => Vec::new(),
             delay_clk => vec![delay_clk; signal_uv.len()],
         };
-        Columns { converter: self, delays_clk, places: None }.convert_row(signal_uv, reset_uv, codes)
+        Columns { converter: self, delays_clk, array_columns: None }.convert_row(signal_uv, reset_uv, codes)
     }
 
     /// The level that a comparator sees, in nV above the bottom of the ramp: the sample, rounded once, half-even, plus pedestal.
@@ -109,24 +109,25 @@ impl Converter {
 impl Columns<'_> {
     /// Some of these columns, named in rising order: the only ones that are converted from now on.
     #[must_use]
-    pub fn of(self, places: Vec<usize>) -> Self {
+    pub fn of(self, array_columns: Vec<usize>) -> Self {
         let delays_clk = match self.delays_clk.is_empty() {
             true => Vec::new(),
-            false => places.iter().map(|&place| self.delays_clk[place]).collect(),
+            false => array_columns.iter().map(|&column| self.delays_clk[column]).collect(),
         };
-        Self { delays_clk, places: Some(places), ..self }
+        Self { delays_clk, array_columns: Some(array_columns), ..self }
     }
 
     /// Array columns of those that are converted; none where all are.
-    pub fn places(&self) -> Option<&[usize]> {
-        self.places.as_deref()
+    pub fn array_columns(&self) -> Option<&[usize]> {
+        self.array_columns.as_deref()
     }
 
     /// Columns of a row that shared converters take at the same time.
     pub(super) fn of_pass(&self, pass: usize, width: usize) -> impl Iterator<Item = usize> {
         let passes = crate::num::index(self.converter.params.columns_per_adc);
-        let place = move |column| self.places.as_ref().map_or(column, |places| places[column]);
-        (0..width).filter(move |&column| place(column) % passes == pass)
+        let array_column =
+            move |column| self.array_columns.as_ref().map_or(column, |array_columns| array_columns[column]);
+        (0..width).filter(move |&column| array_column(column) % passes == pass)
     }
 
     /// Converts a row of samples (uV above the dark level, rounded once, half-even, to nV). `reset_uv` is read only where the reset

@@ -1,7 +1,7 @@
 //! Code density of the simulated converter. Measures DNL and INL from a ramp histogram, and effective bits from a sine fit.
 //!
 //! IEEE 1241-2010, as a laboratory does it, through the converter's public interface: samples in uV in, codes out. The ramp histogram takes
-//! equally spaced samples over the whole range; the share of samples below code k places its transition `T[k]`; DNL is the width of a
+//! equally spaced samples over the whole range; the share of samples below code k locates its transition `T[k]`; DNL is the width of a
 //! code over the mean width less 1, INL the distance of `T[k]` from the straight line through the first and the last
 //! transition (terminal-based). The sine fit has three parameters at a known frequency with whole periods in the record; effective bits are
 //! log2(2^bits / (rms residual sqrt 12)), so that a perfect converter has exactly its number of bits. Columns that share a ramp
@@ -33,7 +33,7 @@ pub struct Density {
     pub inl_lsb: Vec<f64>,
     /// Mean width of a code in uV.
     pub lsb_uv: f64,
-    /// A transition's place is known to this many uV: half a step of the samples, their rounding to f32, and to whole nV.
+    /// A transition's level is known to this many uV: half a step of the samples, their rounding to f32, and to whole nV.
     pub error_uv: f64,
 }
 
@@ -86,7 +86,7 @@ pub fn ramp_histogram(converter: &Converter, samples_per_lsb: u32) -> Density {
     let [bottom_uv, top_uv] = range_uv(converter);
     let start_uv = bottom_uv - params.lsb_uv();
     let samples = u64_half_even((top_uv + params.lsb_uv() - start_uv) / step_uv) + 1;
-    let ramp_uv = |place: u64| f32_nearest(start_uv + (f64_from_u64(place) + 0.5) * step_uv);
+    let ramp_uv = |number: u64| f32_nearest(start_uv + (f64_from_u64(number) + 0.5) * step_uv);
     let mut counts = vec![0_u64; index(params.code_max()) + 1];
     convert_all(converter, samples, ramp_uv, |code| counts[usize::from(code)] += 1);
 
@@ -109,7 +109,7 @@ fn density(code_lowest: u16, code_highest: u16, transitions_uv: Vec<f64>, error_
         (transitions_uv.first().copied().unwrap_or(0.0), transitions_uv.last().copied().unwrap_or(0.0));
     let lsb_uv = (last_uv - first_uv) / f64_from_usize(widths.max(1));
     let dnl_lsb = transitions_uv.windows(2).map(|pair| (pair[1] - pair[0]) / lsb_uv - 1.0).collect();
-    let of_line = |(place, &level_uv): (usize, &f64)| (level_uv - first_uv) / lsb_uv - f64_from_usize(place);
+    let of_line = |(number, &level_uv): (usize, &f64)| (level_uv - first_uv) / lsb_uv - f64_from_usize(number);
     // A single transition lies on any line.
     let inl_lsb = transitions_uv.iter().enumerate().map(|of| if widths == 0 { 0.0 } else { of_line(of) }).collect();
     Density { code_lowest, code_highest, transitions_uv, dnl_lsb, inl_lsb, lsb_uv, error_uv }
@@ -124,16 +124,16 @@ pub fn sine_fit_enob_bits(converter: &Converter, noise_uv: f64, noise: DrawKey) 
     fill_uniforms(noise, &mut uniforms);
     normals(&uniforms, &mut draws);
     let wave: Vec<[f64; 2]> = (0..SINE_SAMPLES)
-        .map(|place| {
+        .map(|number| {
             // Whole periods fall away in integers.
-            let turn = f64::from(place * SINE_PERIODS % SINE_SAMPLES) / f64::from(SINE_SAMPLES);
+            let turn = f64::from(number * SINE_PERIODS % SINE_SAMPLES) / f64::from(SINE_SAMPLES);
             let (sine, cosine) = libm::sincos(core::f64::consts::TAU * turn);
             [sine, cosine]
         })
         .collect();
-    let sample_uv = |place: u64| {
-        let place = usize::try_from(place).expect("a record is short");
-        f32_nearest(middle_uv + amplitude_uv * wave[place][0] + noise_uv * f64::from(draws[place]))
+    let sample_uv = |number: u64| {
+        let number = usize::try_from(number).expect("a record is short");
+        f32_nearest(middle_uv + amplitude_uv * wave[number][0] + noise_uv * f64::from(draws[number]))
     };
     let mut codes = Vec::with_capacity(record);
     convert_all(converter, SINE_SAMPLES.into(), sample_uv, |code| codes.push(f64::from(code)));
@@ -174,13 +174,13 @@ fn end_code(converter: &Converter, sample_uv: f32) -> u16 {
     code[0]
 }
 
-/// Converts samples by their places, in rows; one column at a time where columns would disturb each other.
+/// Converts samples by their numbers, in rows; one column at a time where columns would disturb each other.
 fn convert_all(converter: &Converter, samples: u64, sample_uv: impl Fn(u64) -> f32, mut take: impl FnMut(u16)) {
     let row = if converter.kickback.is_some() { 1 } else { ROW };
     let mut codes = vec![0; row];
-    let mut places = 0..samples;
+    let mut numbers = 0..samples;
     loop {
-        let row_uv: Vec<f32> = places.by_ref().take(row).map(&sample_uv).collect();
+        let row_uv: Vec<f32> = numbers.by_ref().take(row).map(&sample_uv).collect();
         if row_uv.is_empty() {
             return;
         }
@@ -206,9 +206,9 @@ mod tests {
         let converter = Converter::new(params);
         let density = ramp_histogram(&converter, 64);
         let first = u32::from(density.code_lowest);
-        for (place, &found_uv) in density.transitions_uv.iter().enumerate() {
+        for (number, &found_uv) in density.transitions_uv.iter().enumerate() {
             // Counts start at the lowest code: code c is entered at edge c less the lowest, at single conversion at edge c.
-            let edge = crate::num::u32_from(place) + 1;
+            let edge = crate::num::u32_from(number) + 1;
             let configured_uv = f64_from_i64(converter.edge_nv(edge) - converter.pedestal_nv) / 1000.0;
             let error_uv = (found_uv - configured_uv).abs();
             assert!(error_uv <= density.error_uv, "code {}: {error_uv} uV of {params:?}", first + edge);

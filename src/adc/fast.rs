@@ -94,10 +94,10 @@ impl FastLine {
     fn counts(&self, samples_uv: &[f32; BLOCK], ramp_steps: f32, counts: &mut [f32; BLOCK]) -> Option<BlockWork> {
         let (mut steps, mut open, mut doubts) = (0, 0, 0);
         for column in 0..BLOCK {
-            let place = clipped(samples_uv[column] * self.codes_per_uv + self.offset, ramp_steps);
-            let shifted = place + ROUNDER;
+            let exact_count = clipped(samples_uv[column] * self.codes_per_uv + self.offset, ramp_steps);
+            let shifted = exact_count + ROUNDER;
             let nearest = shifted - ROUNDER;
-            doubts |= if (place - nearest).abs() < self.certain { 0 } else { u32::MAX };
+            doubts |= if (exact_count - nearest).abs() < self.certain { 0 } else { u32::MAX };
             steps += shifted.to_bits() & MASK;
             open += u32::from(nearest < ramp_steps);
             counts[column] = nearest;

@@ -171,11 +171,11 @@ fn given_nv(params: &AdcParams) -> Result<Vec<f64>, Error> {
         return Err(refuse(format!("{} levels", table_uv.len()), reason));
     }
     let mut before_uv = 0.0;
-    for (place, &level_uv) in table_uv.iter().enumerate() {
+    for (at, &level_uv) in table_uv.iter().enumerate() {
         if !(level_uv >= before_uv && level_uv <= params.full_scale_uv) {
             let reason = format!(
                 "level {} must lie between the one before it, {before_uv}, and full_scale_uv, {}",
-                place + 1,
+                at + 1,
                 params.full_scale_uv
             );
             return Err(refuse(level_uv.to_string(), reason));

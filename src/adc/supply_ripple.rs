@@ -70,17 +70,17 @@ pub(super) fn turns(frequency_hz: f64, time_s: f64) -> f64 {
     let ((a, a_exponent), (b, b_exponent)) = (mantissa(frequency_hz), mantissa(time_s));
     let product = u128::from(a) * u128::from(b);
     let exponent = a_exponent + b_exponent;
-    // The product is below 2^106; with a binary point `places` bits from the right its fraction is what stands right of it.
-    let places = u32::try_from(-exponent).unwrap_or(0);
-    if places == 0 {
+    // The product is below 2^106; with a binary point `fraction_bits` bits from the right its fraction is what stands right of it.
+    let fraction_bits = u32::try_from(-exponent).unwrap_or(0);
+    if fraction_bits == 0 {
         return 0.0;
     }
-    if places >= 127 {
+    if fraction_bits >= 127 {
         // Far below a period: nothing falls away, and the plain product is good to its last bit.
         return frequency_hz * time_s;
     }
-    let fraction = product & ((1_u128 << places) - 1);
-    let scale = libm::exp2(-f64::from(places));
+    let fraction = product & ((1_u128 << fraction_bits) - 1);
+    let scale = libm::exp2(-f64::from(fraction_bits));
     let turns = crate::num::f64_from_u128(fraction) * scale;
     // A fraction within half an ulp of a whole period rounds up to it.
     if turns < 1.0 { turns } else { 0.0 }

@@ -1,7 +1,7 @@
 //! The colour plane that is measured: which pixels of the array count, and the light that reaches all of them.
 //!
 //! EMVA 1288 release 4.0 measures each colour channel on its own, at the wavelength where it responds best. Light of the filter's best
-//! band falls on the whole array, so that neighbours get what their filters pass; the pixels of one place of the pattern are kept, as a
+//! band falls on the whole array, so that neighbours get what their filters pass; the pixels of one position in the pattern are kept, as a
 //! camera that reads its four planes apart would have it (the G of RGGB is the one in the rows of R).
 
 use crate::error::Error;
@@ -53,9 +53,9 @@ impl ColourPlane {
                 .expect("a pattern has at least one filter"),
         };
         let (width, height) = (mosaic.width_px(), mosaic.height_px());
-        let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-        let place = places.clone().find(|&(x, y)| mosaic.letter_at(x, y) == letter);
-        let (x, y) = place.expect("every filter lies over some pixel of its pattern");
+        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let pixel = pixels.clone().find(|&(x, y)| mosaic.letter_at(x, y) == letter);
+        let (x, y) = pixel.expect("every filter lies over some pixel of its pattern");
         let band = share(letter).0;
         Ok(Self { letter, mosaic: mosaic.clone(), band, x_px: u32_from(x), y_px: u32_from(y) })
     }
@@ -142,10 +142,10 @@ mod tests {
             assert_eq!((channel.array_size(plane), channel.plane_size(array)), (array, plane));
             assert_eq!(channel.pick(codes.clone(), plane).values(), picked);
             let light = channel.light(array, 60.0);
-            for (place, filter) in [(0, R), (1, G), (4, G), (5, B)] {
+            for (pixel, filter) in [(0, R), (1, G), (4, G), (5, B)] {
                 // Photons behind the filter over the peak of 0.6: two roundings of f32.
                 let expected = 100.0 * filter.1[band];
-                assert!((f64::from(light.values()[place]) - expected).abs() < 1e-5, "{letter} {place}");
+                assert!((f64::from(light.values()[pixel]) - expected).abs() < 1e-5, "{letter} {pixel}");
             }
         }
         assert_eq!(ColourPlane::choose(&mosaic, None).unwrap().name(), "G, 500-600 nm");

@@ -38,8 +38,8 @@ pub fn histogram(values: &[i64], unit: f64) -> Histogram {
     };
     let centre = crate::num::i64_half_even(mean);
     let (deviations, mut beyond, _) = binned(values.iter().map(|value| (value - centre).abs()));
-    for place in (1..beyond.len()).rev() {
-        beyond[place - 1] += beyond[place];
+    for at in (1..beyond.len()).rev() {
+        beyond[at - 1] += beyond[at];
     }
     let far = values.iter().filter(|&&value| (f64_from_i64(value) - mean).abs() > 5.0 * sigma).count();
     Histogram {
@@ -99,7 +99,7 @@ mod tests {
     #[test]
     fn the_high_pass_takes_a_slope_off_and_keeps_a_hot_pixel() {
         let width = 9;
-        let mut values: Vec<i64> = (0..81).map(|place| 3 * (place % 9) + 7 * (place / 9)).collect();
+        let mut values: Vec<i64> = (0..81).map(|pixel| 3 * (pixel % 9) + 7 * (pixel / 9)).collect();
         assert!(high_passed(&values, width).iter().all(|&value| value == 0));
         values[4 * 9 + 4] += 10;
         let found = high_passed(&values, width);

@@ -132,9 +132,9 @@ impl ConversionPair {
 pub fn normal_nodes(count: u32) -> Vec<(f64, f64)> {
     assert!(count % 2 == 1, "a node is at the mean");
     let half = f64::from(count / 2);
-    let place = |index: u32| 5.0 * (f64::from(index) - half) / greater(1.0, half);
-    let total: f64 = (0..count).map(|index| normal_pdf(place(index))).sum();
-    (0..count).map(|index| (place(index), normal_pdf(place(index)) / total)).collect()
+    let node = |index: u32| 5.0 * (f64::from(index) - half) / greater(1.0, half);
+    let total: f64 = (0..count).map(|index| normal_pdf(node(index))).sum();
+    (0..count).map(|index| (node(index), normal_pdf(node(index)) / total)).collect()
 }
 
 #[cfg(test)]

@@ -205,8 +205,8 @@ fn thinned(values: &[f64]) -> Vec<(f64, f64)> {
     let farthest = |run: &[f64]| {
         run.iter().copied().fold(0.0, |most: f64, value: f64| if value.abs() > most.abs() { value } else { most })
     };
-    let place = |(index, part): (usize, &[f64])| (f64_from_usize(index * run), farthest(part));
-    values.chunks(run).enumerate().map(place).collect()
+    let point = |(index, part): (usize, &[f64])| (f64_from_usize(index * run), farthest(part));
+    values.chunks(run).enumerate().map(point).collect()
 }
 
 fn differential(record: &Characterization) -> String {
@@ -281,7 +281,7 @@ fn profiles(record: &Characterization, is_dark: bool) -> String {
         (&record.response_map_percent, "Response profiles", "deviation in %")
     };
     let (across, down) = record.profiles(values);
-    let points = |means: Vec<f64>| (0_u32..).zip(means).map(|(place, mean)| (f64::from(place), mean)).collect();
+    let points = |means: Vec<f64>| (0_u32..).zip(means).map(|(number, mean)| (f64::from(number), mean)).collect();
     let axes = Axes { title: heading, x_label: "column or row", y_label: label, ..Axes::default() };
     let series = [
         line("horizontal: means of columns", Ink::One, points(across.mean)),
@@ -293,7 +293,7 @@ fn profiles(record: &Characterization, is_dark: bool) -> String {
 /// A spectrogram over cycles a pixel, without its value at 0.
 pub(super) fn over_frequency(power: Vec<f64>) -> Vec<(f64, f64)> {
     let last = 2.0 * f64_from_usize(power.len() - 1);
-    (0_u32..).zip(power).skip(1).map(|(place, power)| (f64::from(place) / last, power)).collect()
+    (0_u32..).zip(power).skip(1).map(|(bin, power)| (f64::from(bin) / last, power)).collect()
 }
 
 fn spectra(record: &Characterization, is_dark: bool) -> String {
@@ -398,8 +398,8 @@ pub(super) fn significant(value: f64) -> String {
         return format!("{value:.2e}");
     }
     let digits = [(1e3, 0), (1e2, 1), (1e1, 2), (1.0, 3)];
-    let places = digits.into_iter().find(|(least, _)| size >= *least).map_or(4, |(_, places)| places);
-    format!("{value:.places$}")
+    let decimals = digits.into_iter().find(|(least, _)| size >= *least).map_or(4, |(_, decimals)| decimals);
+    format!("{value:.decimals$}")
 }
 
 fn configuration(record: &Characterization) -> String {
@@ -413,11 +413,14 @@ fn configuration(record: &Characterization) -> String {
     section("Configuration", &lead, &(inherited(record) + &text + &hash))
 }
 
-/// What the sensor has from presets and defaults, with the place of each value.
+/// What the sensor has from presets and defaults, with the location of each value.
 fn inherited(record: &Characterization) -> String {
     let row = |value: &Inherited| {
-        let (key, place) = (escaped(&value.key), escaped(&format!("{}:{}", value.layer, value.line)));
-        format!("<tr><th scope=\"row\">{key}</th><td>{}</td><td>{place}</td></tr>", escaped(&value.value.to_string()))
+        let (key, location) = (escaped(&value.key), escaped(&format!("{}:{}", value.layer, value.line)));
+        format!(
+            "<tr><th scope=\"row\">{key}</th><td>{}</td><td>{location}</td></tr>",
+            escaped(&value.value.to_string())
+        )
     };
     let rows: String = record.inherited.iter().map(row).collect();
     format!(

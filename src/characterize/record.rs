@@ -256,16 +256,16 @@ fn converter(adc: &AdcParams) -> (Linearity, Density) {
 /// The standard's quantum efficiency counts the whole pixel: efficiency of the photodiode times its share of the area.
 fn efficiency(resolved: &Resolved) -> String {
     let pixel = &resolved.scenario.sensor.pixel;
-    let with_place = |key: &str, value: &dyn std::fmt::Display| {
+    let with_location = |key: &str, value: &dyn std::fmt::Display| {
         let path = format!("sensor.pixel.{key}");
         let how = if resolved.is_written(&path) { "written" } else { "inherited" };
-        format!("{key} {value} ({how}, {})", resolved.place_of(&path))
+        format!("{key} {value} ({how}, {})", resolved.location_of(&path))
     };
     let first = match pixel.quantum_efficiency {
-        Some(value) => with_place("quantum_efficiency", &value),
-        None => with_place("qe_by_filter", &"of the channel"),
+        Some(value) => with_location("quantum_efficiency", &value),
+        None => with_location("qe_by_filter", &"of the channel"),
     };
-    format!("{first} times {}", with_place("fill_factor", &pixel.fill_factor))
+    format!("{first} times {}", with_location("fill_factor", &pixel.fill_factor))
 }
 
 /// The standard covers sensors of one reading a pixel.

@@ -1,7 +1,7 @@
 //! The expected result of each figure: a value with a tolerance, or the reason why the standard cannot measure it.
 //!
 //! A value is the figure of `analysis` taken from the model's expected points: what endlessly many frames would give, with quantisation,
-//! clipping and the place of the points. The plain value of the configuration, by its formula, is listed beside it. A tolerance is 4.5
+//! clipping and the position of the points. The plain value of the configuration, by its formula, is listed beside it. A tolerance is 4.5
 //! standard errors of `uncertainty` (one false alarm in 150,000); where a die's pattern moves a figure, its standard error is added.
 
 use serde::Serialize;
@@ -174,7 +174,7 @@ fn want(
             "dark noise of {sigma_dn:.3} DN is below {DARK_SIGMA_MIN_DN} DN: quantisation hides it; use more gain or more bits"
         ));
     }
-    // The place of the peak is the model's; noise may put it at any point of the range.
+    // The position of the peak is the model's; noise may put it at any point of the range.
     let between = |low: f64, high: f64, more: f64| {
         let farthest = greater(value - low, high - value) + more;
         let (min, max) = (Some(low - more), Some(high + more));

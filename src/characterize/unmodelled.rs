@@ -162,8 +162,8 @@ mod tests {
     fn every_effect_has_its_part_in_the_model() {
         let left_out: Vec<&str> = EFFECTS.iter().chain([&DIE_OFFSET]).map(|effect| effect.0).collect();
         for name in effects::names() {
-            let places = usize::from(MODELLED.contains(&name)) + usize::from(left_out.contains(&name));
-            assert_eq!(places, 1, "the truth of `characterize` models {name}, or says which figures it affects");
+            let mentions = usize::from(MODELLED.contains(&name)) + usize::from(left_out.contains(&name));
+            assert_eq!(mentions, 1, "the truth of `characterize` models {name}, or says which figures it affects");
         }
         assert_eq!(MODELLED.len() + left_out.len(), effects::names().len());
     }

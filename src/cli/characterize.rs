@@ -12,11 +12,11 @@ use sensel::files::write;
 use sensel::units::Size;
 
 use super::args::{CharacterizeArguments, CommonOptions};
-use super::{interrupt, place, progress, setup, words};
+use super::{interrupt, paths, progress, setup, words};
 
 pub fn main(arguments: &CharacterizeArguments, shared: &CommonOptions) -> Result<(), Error> {
     let started = Instant::now();
-    let place::Located { name, resolved, .. } = place::locate_sensor(arguments.sensor.as_deref(), shared)?;
+    let paths::Located { name, resolved, .. } = paths::locate_sensor(arguments.sensor.as_deref(), shared)?;
     setup::use_threads(resolved.scenario.threads().map_err(|error| resolved.tree.locate(error))?)?;
     let bench = SensorBench::new(&resolved, &options(arguments)?)?;
     words::warn(&resolved.inheritance_warnings());
@@ -38,7 +38,7 @@ pub fn main(arguments: &CharacterizeArguments, shared: &CommonOptions) -> Result
     write(&folder.path().join("characterization.json"), record.to_json())?;
     write(&folder.path().join("characterization.html"), sensel::characterize::page::html(&record))?;
     write(&folder.path().join("config.toml"), resolved.recorded_text())?;
-    place::put(folder)?;
+    paths::put(folder)?;
     if shared.json {
         outln!("{}", record.figures_json());
     } else if !shared.quiet {
@@ -116,6 +116,6 @@ fn significant(value: f64) -> String {
         return format!("{value:.4e}");
     }
     let digits = [(1e4, 0), (1e3, 1), (1e2, 2), (1e1, 3), (1.0, 4)];
-    let places = digits.into_iter().find(|(least, _)| size >= *least).map_or(5, |(_, places)| places);
-    format!("{value:.places$}")
+    let decimals = digits.into_iter().find(|(least, _)| size >= *least).map_or(5, |(_, decimals)| decimals);
+    format!("{value:.decimals$}")
 }

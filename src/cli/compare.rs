@@ -12,7 +12,7 @@ use sensel::report::display_curve;
 use sensel::report::html::compare::{ComparedFrame, change, compare_html, letter, quantity, range};
 
 use super::args::{CommonOptions, CompareArguments};
-use super::place;
+use super::paths;
 
 /// Frames that the page shows under the wiper.
 const PICTURES: usize = 3;
@@ -34,7 +34,7 @@ pub fn main(arguments: &CompareArguments, shared: &CommonOptions) -> Result<(), 
     }
     let (mut runs, others): (Vec<FinishedRun>, _) = (read(&arguments.folders)?, read(&arguments.against)?);
     for run in runs.iter().chain(&others) {
-        if place::real(Path::new(&run.folder)) == place::real(&target) {
+        if paths::real(Path::new(&run.folder)) == paths::real(&target) {
             return Err(Error::key("--out", target.display(), "is a folder that this command reads; name another"));
         }
     }
@@ -51,7 +51,7 @@ pub fn main(arguments: &CompareArguments, shared: &CommonOptions) -> Result<(), 
     let write = |file: &str, text: &str| sensel::files::write(&folder.path().join(file), text);
     write("compare.json", &format!("{json}\n"))?;
     write("compare.html", &compare_html(&comparison, &runs, &frames))?;
-    place::put(folder)?;
+    paths::put(folder)?;
     if shared.json {
         outln!("{json}");
     } else if !shared.quiet {
@@ -68,16 +68,16 @@ fn pictures(runs: &[FinishedRun]) -> Result<Vec<ComparedFrame>, Error> {
         return Ok(Vec::new());
     }
     let count = runs.iter().map(|run| run.report.frames.len()).min().unwrap_or(0);
-    let places: Vec<usize> = (0..PICTURES.min(count)).map(|k| k * count / PICTURES.min(count)).collect();
-    let shown: Vec<Vec<Plane<u8>>> = runs.iter().map(|run| shown(run, &places)).collect::<Result<_, _>>()?;
-    let frame = |(k, place): (usize, &usize)| ComparedFrame {
-        caption: format!("{place}, {:.3} s", runs[0].report.frames[*place].t_s),
+    let frame_indices: Vec<usize> = (0..PICTURES.min(count)).map(|k| k * count / PICTURES.min(count)).collect();
+    let shown: Vec<Vec<Plane<u8>>> = runs.iter().map(|run| shown(run, &frame_indices)).collect::<Result<_, _>>()?;
+    let frame = |(k, frame_index): (usize, &usize)| ComparedFrame {
+        caption: format!("{frame_index}, {:.3} s", runs[0].report.frames[*frame_index].t_s),
         pictures: shown.iter().map(|pictures| pictures[k].clone()).collect(),
     };
-    Ok(places.iter().enumerate().map(frame).collect())
+    Ok(frame_indices.iter().enumerate().map(frame).collect())
 }
 
-fn shown(run: &FinishedRun, places: &[usize]) -> Result<Vec<Plane<u8>>, Error> {
+fn shown(run: &FinishedRun, frame_indices: &[usize]) -> Result<Vec<Plane<u8>>, Error> {
     let adc = run.report.config.get("sensor").and_then(|sensor| sensor.get("adc"));
     let key = adc.and_then(|adc| adc.get("black_level_dn")).and_then(toml::Value::as_integer);
     let black_level_dn = key.and_then(|value| u32::try_from(value).ok()).unwrap_or(0);
@@ -91,13 +91,13 @@ fn shown(run: &FinishedRun, places: &[usize]) -> Result<Vec<Plane<u8>>, Error> {
             picture.map(|value| low_u8(u32::from(value)))
         }
     };
-    Ok(read_pictures(run, places)?.into_iter().map(curve).collect())
+    Ok(read_pictures(run, frame_indices)?.into_iter().map(curve).collect())
 }
 
 fn table(comparison: &Comparison) {
     outln!("A: {} ({}, seed {})", comparison.base.folder, comparison.base.scenario, comparison.base.seed);
-    for (place, other) in comparison.others.iter().enumerate() {
-        against(other, &letter(place + 1));
+    for (at, other) in comparison.others.iter().enumerate() {
+        against(other, &letter(at + 1));
     }
 }
 

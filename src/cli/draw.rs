@@ -27,8 +27,8 @@ pub fn features(file: &Path, codes: &Plane<u16>, bits: u32, features: &[Feature]
         let radius_px = f64_from_u64(RADIUS_PX << feature.octave);
         let mut dot = |along_px: f64, turn: f64| {
             let (sine, cosine) = libm::sincos(turn * std::f64::consts::TAU);
-            let place = |middle_px: f64, offset_px: f64| i64_truncated((middle_px + offset_px).round());
-            let (x, y) = (place(feature.x_px(), along_px * cosine), place(feature.y_px(), along_px * sine));
+            let coordinate = |middle_px: f64, offset_px: f64| i64_truncated((middle_px + offset_px).round());
+            let (x, y) = (coordinate(feature.x_px(), along_px * cosine), coordinate(feature.y_px(), along_px * sine));
             if let (Ok(x), Ok(y)) = (u32::try_from(x), u32::try_from(y))
                 && x < size.width_px
                 && y < size.height_px
@@ -46,5 +46,5 @@ pub fn features(file: &Path, codes: &Plane<u16>, bits: u32, features: &[Feature]
     let mut bytes = Vec::new();
     let written = picture.write_to(&mut std::io::Cursor::new(&mut bytes), image::ImageFormat::Png);
     written.map_err(|error| Error::Run(format!("{}: {error}", file.display())))?;
-    super::place::write_output("--draw", file, &bytes)
+    super::paths::write_output("--draw", file, &bytes)
 }

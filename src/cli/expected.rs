@@ -12,12 +12,12 @@ use sensel::num::{low_u16, u32_truncated_f32};
 use sensel::picture::{Channel, to_exr};
 use sensel::plane::Plane;
 use sensel::run::Setup;
-use sensel::run::probe::Place;
+use sensel::run::probe::PictureId;
 use sensel::units::FrameIndex;
 use serde_json::json;
 
 use super::args::{CommonOptions, RunVerbArguments};
-use super::{interrupt, listing, place, progress};
+use super::{interrupt, listing, paths, progress};
 
 /// What `--keep` may add.
 const VARIANCE: &str = "variance";
@@ -57,7 +57,7 @@ pub fn main(
             if interrupted.load(Ordering::Relaxed) {
                 return Err(Error::Interrupted);
             }
-            let at = Place { frame: FrameIndex(frame), camera };
+            let at = PictureId { frame: FrameIndex(frame), camera };
             let exposure = setup.exposures_at(at)?.swap_remove(0);
             let expected = setup.expected_at(&chain, at, &exposure.photons);
             let file = |kind: &str, ending: &str| {
@@ -82,7 +82,7 @@ pub fn main(
         "cameras": setup.cameras.len(), "warnings": setup.warnings.texts(), "unit": "DN", "variance": keeps_variance,
         "absent": "features, packets and poses: the rung expected ends at the image"});
     write(&folder.path().join("expected.json"), listing::pretty(&record))?;
-    place::put(folder)?;
+    paths::put(folder)?;
     if shared.json {
         listing::print_json(&record);
     } else if !shared.quiet {

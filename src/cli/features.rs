@@ -15,20 +15,20 @@ use serde_json::json;
 
 use super::args::{CommonOptions, FeaturesArguments};
 use super::setup::FolderAssets;
-use super::{draw, listing, place, words};
+use super::{draw, listing, paths, words};
 
 pub fn main(arguments: &FeaturesArguments, shared: &CommonOptions) -> Result<(), Error> {
     for (option, file, endings, what) in
         [("--csv", &arguments.csv, ["csv", "txt"], "CSV"), ("--draw", &arguments.draw, ["png", "png"], "PNG")]
     {
-        file.as_ref().map_or(Ok(()), |file| place::check_ending(option, file, &endings[..], what))?;
+        file.as_ref().map_or(Ok(()), |file| paths::check_ending(option, file, &endings[..], what))?;
     }
     let (ending, what) = match (shared.json, arguments.at) {
         (true, _) => ("json", "JSON (with --json)"),
         (false, Some(_)) => ("txt", "text (with --at)"),
         (false, None) => ("csv", "CSV (without --json)"),
     };
-    let out = place::output_file(shared, &[ending], what, &format!("features.{ending}"))?;
+    let out = paths::output_file(shared, &[ending], what, &format!("features.{ending}"))?;
     let mut assignments = shared.set.clone();
     assignments.extend(arguments.threshold.map(|threshold| format!("compute.threshold={threshold}")));
     assignments.extend(arguments.detector.as_ref().map(|name| format!("compute.detector='{name}'")));
@@ -48,13 +48,13 @@ pub fn main(arguments: &FeaturesArguments, shared: &CommonOptions) -> Result<(),
     }
     let outputs =
         [("--out", shared.out.as_ref()), ("--csv", arguments.csv.as_ref()), ("--draw", arguments.draw.as_ref())];
-    place::refuse_same(&outputs)?;
+    paths::refuse_same(&outputs)?;
     for (option, file) in outputs {
-        file.map_or(Ok(()), |file| place::refuse_input(option, file))?;
+        file.map_or(Ok(()), |file| paths::refuse_input(option, file))?;
     }
     let as_text = |text: &str| -> Result<(), Error> {
         match &out {
-            Some(file) => place::write_output("--out", file, text.as_bytes()),
+            Some(file) => paths::write_output("--out", file, text.as_bytes()),
             None => {
                 out!("{text}");
                 Ok(())
@@ -83,7 +83,7 @@ pub fn main(arguments: &FeaturesArguments, shared: &CommonOptions) -> Result<(),
         draw::features(file, &picture.codes, picture.bits, &features)?;
     }
     if let Some(file) = &arguments.csv {
-        place::write_output("--csv", file, csv(&features).as_bytes())?;
+        paths::write_output("--csv", file, csv(&features).as_bytes())?;
     }
     if shared.json {
         let all: Vec<_> = features.iter().map(as_json).collect();

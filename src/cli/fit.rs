@@ -19,22 +19,22 @@ use sensel::units::Size;
 use serde_json::json;
 
 use super::args::{CommonOptions, FitArguments};
-use super::{listing, place, progress, words};
+use super::{listing, paths, progress, words};
 
 pub fn main(arguments: &FitArguments, shared: &CommonOptions) -> Result<(), Error> {
-    let out = place::output_file(shared, &["toml"], "a sensor file", "my_sensor.toml")?;
+    let out = paths::output_file(shared, &["toml"], "a sensor file", "my_sensor.toml")?;
     if let Some(out) = &out {
         if out.exists() {
             return Err(Error::key("--out", out.display(), "is there already; name a new file"));
         }
-        place::check_output("--out", out)?;
+        paths::check_output("--out", out)?;
     }
     if let Some(page) = &arguments.page {
-        place::check_ending("--page", page, &["html"], "a page")?;
-        place::check_output("--page", page)?;
-        place::refuse_same(&[("--out", out.as_ref()), ("--page", Some(page))])?;
+        paths::check_ending("--page", page, &["html"], "a page")?;
+        paths::check_output("--page", page)?;
+        paths::refuse_same(&[("--out", out.as_ref()), ("--page", Some(page))])?;
     }
-    let located = place::locate_sensor(Some(&arguments.preset), shared)?;
+    let located = paths::locate_sensor(Some(&arguments.preset), shared)?;
     let pixel = &located.resolved.scenario.sensor.pixel;
     let temperature_k = arguments.temperature_k.unwrap_or(300.0);
     if !TEMPERATURES_K.contains(&temperature_k) {
@@ -71,7 +71,7 @@ pub fn main(arguments: &FitArguments, shared: &CommonOptions) -> Result<(), Erro
     fit.warnings.splice(0..0, found.warnings.iter().cloned());
     let text = sensor_file(&fit, &found, &arguments.preset, temperature_k);
     if let Some(out) = &out {
-        place::write_output("--out", out, text.as_bytes())?;
+        paths::write_output("--out", out, text.as_bytes())?;
     }
     if let Some(page) = &arguments.page {
         let (simulated, made) = simulated(&found, &fit, arguments, temperature_k, shared)?;
@@ -85,7 +85,7 @@ pub fn main(arguments: &FitArguments, shared: &CommonOptions) -> Result<(), Erro
             simulated: &simulated,
             defects: [&found.defects, &made],
         });
-        place::write_output("--page", page, html.as_bytes())?;
+        paths::write_output("--page", page, html.as_bytes())?;
     }
     words::warn(&fit.warnings);
     if shared.json {
@@ -196,7 +196,7 @@ fn simulated(
         None => (arguments.preset.clone(), Path::new("")),
     };
     let text = sensor_file(fit, found, &preset, temperature_k);
-    let resolved = place::layered("fitted sensor", &text, &assignments, folder)?;
+    let resolved = paths::layered("fitted sensor", &text, &assignments, folder)?;
     let pixel = SensorSetup::new(&resolved)?.parameters.pixel;
     let mut points = fit.light(&found.measurement, found.half, pixel.quantum_efficiency * pixel.fill_factor);
     let half = points.pop().unwrap_or(found.half);

@@ -15,11 +15,11 @@ use super::args::{CommonOptions, LadderArguments};
 use super::clocks::{ProcessorTime, WallTime};
 use super::progress::Study;
 use super::setup::FolderAssets;
-use super::{interrupt, place, setup, words};
+use super::{interrupt, paths, setup, words};
 
 pub fn main(arguments: &LadderArguments, shared: &CommonOptions) -> Result<(), Error> {
     let options = options(arguments)?;
-    let located = place::locate(arguments.scenario.as_deref(), shared, &[])?;
+    let located = paths::locate(arguments.scenario.as_deref(), shared, &[])?;
     let name = located.name.clone();
     let target = shared.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{name}-ladder")));
     OutputFolder::check(&target)?;
@@ -44,7 +44,7 @@ pub fn main(arguments: &LadderArguments, shared: &CommonOptions) -> Result<(), E
     if let Some(picture) = svg(&record) {
         write("ladder.svg", &picture)?;
     }
-    place::put(folder)?;
+    paths::put(folder)?;
     if shared.json {
         outln!("{json}");
     } else if !shared.quiet {
@@ -93,8 +93,8 @@ fn table(record: &LadderRecord) {
 }
 
 fn line(row: &LadderRow) {
-    let figure = |value: Option<f64>, factor: f64, places: usize| {
-        value.map_or("-".to_owned(), |value| format!("{:.places$}", factor * value))
+    let figure = |value: Option<f64>, factor: f64, decimals: usize| {
+        value.map_or("-".to_owned(), |value| format!("{:.decimals$}", factor * value))
     };
     let timed = (row.ms_per_frame > 0.0).then_some(row.ms_per_frame);
     let numbers = [

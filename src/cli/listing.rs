@@ -10,7 +10,7 @@ use sensel::run::Setup;
 use serde_json::json;
 
 use super::args::{CommonOptions, ConfigArguments};
-use super::{place, setup, words};
+use super::{paths, setup, words};
 
 pub fn presets(shared: &CommonOptions) -> Result<(), Error> {
     check_assignments(shared)?;
@@ -24,7 +24,7 @@ pub fn presets(shared: &CommonOptions) -> Result<(), Error> {
         of_kind.map(object).collect()
     };
     let technologies = sensel::energy::Technology::names().collect::<Vec<_>>();
-    let scenes = place::known_scenes(shared);
+    let scenes = paths::known_scenes(shared);
     if shared.json {
         print_json(&json!({
             "sensors": list(PresetKind::Sensor),
@@ -56,7 +56,7 @@ pub fn preset(name: &str, shared: &CommonOptions) -> Result<(), Error> {
     let own_name =
         path.file_name().filter(|_| is_file).map_or_else(|| name.to_owned(), |own| own.to_string_lossy().into_owned());
     let text = format!("[{section}]\npreset = {}\n", toml::Value::String(own_name));
-    let resolved = place::layered("command line", &text, &place::assignments(shared, &[]), folder)?;
+    let resolved = paths::layered("command line", &text, &paths::assignments(shared, &[]), folder)?;
     if shared.json {
         let config = toml::Table::try_from(&resolved.scenario).expect("every field has a TOML form");
         let summary = presets::find(kind, name).map_or("", |preset| preset.summary);
@@ -71,7 +71,7 @@ pub fn preset(name: &str, shared: &CommonOptions) -> Result<(), Error> {
 
 /// Refuses assignments that a run would refuse, for verbs that read no scenario.
 fn check_assignments(shared: &CommonOptions) -> Result<(), Error> {
-    let resolved = Resolved::from_layers("command line", "", &place::assignments(shared, &[]))?;
+    let resolved = Resolved::from_layers("command line", "", &paths::assignments(shared, &[]))?;
     Setup::check(&resolved, &setup::FolderAssets::new(Path::new("."), shared))
 }
 
@@ -97,7 +97,7 @@ fn require_nothing(schema: &mut serde_json::Value) {
 
 /// `sensel config show`. It refuses what `run` refuses before its first frame, without baking light.
 pub fn config(arguments: &ConfigArguments, shared: &CommonOptions) -> Result<(), Error> {
-    let located = place::locate(arguments.scenario.as_deref(), shared, &[])?;
+    let located = paths::locate(arguments.scenario.as_deref(), shared, &[])?;
     let resolved = &located.resolved;
     Setup::check(resolved, &setup::FolderAssets::new(&located.folder, shared))?;
     words::warn(&resolved.inheritance_warnings());

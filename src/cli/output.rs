@@ -1,5 +1,5 @@
 //! The folder of a run: report, EuRoC folder, trajectories, features, effective configuration, kept stages. It is built beside
-//! its place and renamed; a run that fails leaves nothing.
+//! its path and renamed; a run that fails leaves nothing.
 
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
@@ -20,7 +20,7 @@ use sensel::report::{Report, display_curve};
 use sensel::run::{Frame, Session, Setup};
 use sensel::units::CameraIndex;
 
-use super::{features, place};
+use super::{features, paths};
 
 /// Frames of the first camera that the report shows, evenly over the run.
 const STRIP: u32 = 6;
@@ -108,8 +108,8 @@ impl Output {
                 }
             }
             if self.keep.has(KeptOutput::Features) {
-                let place = self.folder.path().join(format!("features/cam{index}/{timestamp_ns}.csv"));
-                write(&place, features::csv(&camera.features))?;
+                let path = self.folder.path().join(format!("features/cam{index}/{timestamp_ns}.csv"));
+                write(&path, features::csv(&camera.features))?;
             }
         }
         self.kept.add_frame(session, frame)?;
@@ -122,14 +122,14 @@ impl Output {
         Ok(())
     }
 
-    /// Links a picture of waveforms, by its place in the folder, from the report; other waveform files have no viewer in a browser.
+    /// Links a picture of waveforms, by its path in the folder, from the report; other waveform files have no viewer in a browser.
     pub fn link_waves(&mut self, path: &Path) {
         if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg")) {
             self.pictures.waves = Some(path.display().to_string());
         }
     }
 
-    /// Writes what is known only at the end, and puts the folder in its place.
+    /// Writes what is known only at the end, and moves the folder to its path.
     pub fn finish(mut self, session: &Session, report: &Report) -> Result<(), Error> {
         self.write_motion(session)?;
         for file in self.packets.iter_mut().chain(&mut self.packet_times) {
@@ -150,7 +150,7 @@ impl Output {
         }
         self.euroc.finish()?;
         self.kept.finish(session.setup())?;
-        place::put(self.folder)
+        paths::put(self.folder)
     }
 
     fn write_motion(&mut self, session: &Session) -> Result<(), Error> {

@@ -7,12 +7,12 @@ use sensel::run::{Setup, Warnings};
 use serde_json::{Value, json};
 
 use super::args::{CommonOptions, PlanArguments};
-use super::{listing, place, setup, words};
+use super::{listing, paths, setup, words};
 
 pub fn main(arguments: &PlanArguments, shared: &CommonOptions) -> Result<(), Error> {
     let effects = arguments.effects.as_ref().map(|effects| format!("run.effects='{effects}'"));
     let more: Vec<String> = effects.into_iter().collect();
-    let located = place::locate(arguments.scenario.as_deref(), shared, &more)?;
+    let located = paths::locate(arguments.scenario.as_deref(), shared, &more)?;
     let setup = setup::prepare(located, shared)?;
     let mut warnings = setup.warnings.clone();
     setup.sensor.extractor_warning().into_iter().for_each(|text| warnings.add(text));

@@ -11,7 +11,7 @@ use sensel::run::{Counted, ESTIMATED_LEVEL, LinkSplit, NoClock, SensorSetup, Ses
 use serde_json::{Value, json};
 
 use super::args::{CommonOptions, PowerArguments, RunArguments};
-use super::{listing, place, progress, setup, words};
+use super::{listing, paths, progress, setup, words};
 
 /// Frames that are counted unless the user says otherwise: features change slowly from frame to frame.
 const FRAMES: u32 = 10;
@@ -48,7 +48,7 @@ pub fn main(arguments: &PowerArguments, shared: &CommonOptions) -> Result<(), Er
 fn estimate(arguments: &RunArguments, shared: &CommonOptions) -> Result<PowerFigures, Error> {
     let is_sensor_alone = arguments.frames.is_none() && arguments.rung.is_none() && arguments.effects.is_none();
     let located = if is_sensor_alone {
-        place::locate_sensor(arguments.scenario.as_deref(), shared)?
+        paths::locate_sensor(arguments.scenario.as_deref(), shared)?
     } else {
         setup::located(arguments, shared)?
     };

@@ -20,7 +20,7 @@ use sensel::scene::{Scene, Surroundings};
 use serde_json::json;
 
 use super::args::{CommonOptions, SceneArguments};
-use super::{listing, place, words};
+use super::{listing, paths, words};
 use found::{FileSummary, Light};
 
 /// Views of the contact sheet.
@@ -30,27 +30,27 @@ const USUAL_M: [f64; 2] = [0.1, 100.0];
 
 pub fn main(arguments: &SceneArguments, shared: &CommonOptions) -> Result<(), Error> {
     let SceneArguments { file, picture, .. } = arguments;
-    let scenario = place::output_file(shared, &["toml"], "a scenario", "scene.toml")?;
+    let scenario = paths::output_file(shared, &["toml"], "a scenario", "scene.toml")?;
     if let Some(scenario) = &scenario {
-        check_scenario_place(scenario, file)?;
+        check_scenario_path(scenario, file)?;
     }
     if let Some(picture) = picture {
-        place::check_ending("--picture", picture, &["png"], "PNG")?;
-        place::check_output("--picture", picture)?;
+        paths::check_ending("--picture", picture, &["png"], "PNG")?;
+        paths::check_output("--picture", picture)?;
     }
     let units = units_of(arguments)?;
     let (name, scene) = read(file, &units)?;
     let found = FileSummary::of(name, scene, units);
     if let Some(picture) = picture {
         let png = contact_sheet::png(&found.scene, &found.views)?;
-        place::write_output("--picture", picture, &png)?;
+        paths::write_output("--picture", picture, &png)?;
     }
     if let Some(scenario) = &scenario {
         let view = found.views.first().ok_or_else(|| {
             let reason = "has no place from which a camera sees a surface; no scenario was written";
             Error::Content { file: found.name.clone(), reason: reason.to_owned() }
         })?;
-        place::write_output("--out", scenario, scenario::text(&found, view).as_bytes())?;
+        paths::write_output("--out", scenario, scenario::text(&found, view).as_bytes())?;
     }
     words::warn(&found.warnings());
     if shared.json {
@@ -65,8 +65,8 @@ pub fn main(arguments: &SceneArguments, shared: &CommonOptions) -> Result<(), Er
 }
 
 /// A scenario reads its files from its own folder, and no file of the user is replaced.
-fn check_scenario_place(scenario: &Path, file: &Path) -> Result<(), Error> {
-    let folder = |path: &Path| place::real(path).parent().map(Path::to_owned);
+fn check_scenario_path(scenario: &Path, file: &Path) -> Result<(), Error> {
+    let folder = |path: &Path| paths::real(path).parent().map(Path::to_owned);
     if folder(scenario) != folder(file) {
         let beside = file.with_extension("toml");
         let reason = format!("a scenario reads its scene from its own folder; use {}", beside.display());
@@ -75,7 +75,7 @@ fn check_scenario_place(scenario: &Path, file: &Path) -> Result<(), Error> {
     if scenario.exists() {
         return Err(Error::key("--out", scenario.display(), "is there already; name a new file"));
     }
-    place::check_output("--out", scenario)
+    paths::check_output("--out", scenario)
 }
 
 fn units_of(arguments: &SceneArguments) -> Result<FileUnits, Error> {
@@ -248,7 +248,7 @@ fn light_for(scene: &Scene, extent: &SceneBox, view: &CameraView) -> Light {
     }
 }
 
-/// Share of the upper view that meets nothing, from which on a place is in the open.
+/// Share of the upper view that meets nothing, from which on a position is in the open.
 const OPEN_MIN: f64 = 0.05;
 
 /// A length in the unit that a person would use.

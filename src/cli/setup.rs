@@ -1,7 +1,7 @@
 //! What every command that runs a scenario needs: its files, its threads, its setup.
 
 use super::args::{CommonOptions, RunArguments};
-use super::place::{self, Located};
+use super::paths::{self, Located};
 use super::{progress, words};
 use sensel::error::Error;
 use sensel::files::cache::Cache;
@@ -28,10 +28,10 @@ pub struct FolderAssets {
 
 impl FolderAssets {
     /// Files of a scenario's folder, and of the known scenes' folders after it, so that the effective configuration that a run
-    /// wrote finds its scene again. The cache is left out where there is no place for it.
+    /// wrote finds its scene again. The cache is left out where it cannot be opened.
     pub fn new(folder: &Path, shared: &CommonOptions) -> Self {
         let mut folders = vec![folder.to_path_buf()];
-        folders.extend(place::folders_of_known_scenes(shared));
+        folders.extend(paths::folders_of_known_scenes(shared));
         let folders = Arc::new(InputFolders::new(folders));
         let opened = Cache::open(shared.cache.as_deref(), CACHE_BYTES);
         let refused = opened.as_ref().map_or_else(|error| Some(error.to_string()), Cache::why_not_writable);
@@ -40,7 +40,7 @@ impl FolderAssets {
         Self { folders, cache: opened.ok(), without_cache, photons_gib: shared.photons_gib }
     }
 
-    /// The store of mean photons in the cache; none where there is no place for it or none is wanted.
+    /// The store of mean photons in the cache; none where it cannot be opened or none is wanted.
     pub fn photons(&self) -> Option<PhotonFiles> {
         let cache = self.cache.as_ref().filter(|_| self.photons_gib > 0)?;
         let opened = PhotonFiles::open(&cache.folder().join("photons"), gib(self.photons_gib), words::note);
@@ -84,7 +84,7 @@ pub fn located(arguments: &RunArguments, shared: &CommonOptions) -> Result<Locat
     more.extend(arguments.frames.map(|frames| format!("run.frames={frames}")));
     more.extend(arguments.rung.as_ref().map(|rung| format!("run.rung='{rung}'")));
     more.extend(arguments.effects.as_ref().map(|effects| format!("run.effects='{effects}'")));
-    place::locate(arguments.scenario.as_deref(), shared, &more)
+    paths::locate(arguments.scenario.as_deref(), shared, &more)
 }
 
 /// Uses as many threads as the scenario says, for the whole program.

@@ -31,7 +31,7 @@ pub fn main(arguments: &SweepArguments, shared: &CommonOptions) -> Result<(), Er
             let table = Table::new(&loaded.cells, &found.records, &loaded.text);
             let title = title(&loaded);
             let page = report::page(&title, &loaded.sweep.report, &table, &verdicts)?;
-            let place = folder.write_file("report.html", page.as_bytes())?;
+            let path = folder.write_file("report.html", page.as_bytes())?;
             let mut tables = String::new();
             for interaction in report::interactions(&loaded.sweep.report, &table)? {
                 tables.push_str(&format!("{}\n", interaction.markdown()));
@@ -42,7 +42,7 @@ pub fn main(arguments: &SweepArguments, shared: &CommonOptions) -> Result<(), Er
             if !tables.is_empty() {
                 folder.write_file("report.md", tables.as_bytes())?;
             }
-            said(shared, &[("report", &place)], table.rows, loaded.cells.cells.len());
+            said(shared, &[("report", &path)], table.rows, loaded.cells.cells.len());
             Ok(())
         }
         SweepPart::Submit(own) => submit::main(own, &load(&own.sweep, shared)?, shared),

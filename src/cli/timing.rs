@@ -11,22 +11,22 @@ use serde_json::{Value, json};
 
 use super::args::{CommonOptions, TimingArguments};
 use super::waves::WaveRequest;
-use super::{listing, place, words};
+use super::{listing, paths, words};
 
 pub fn main(arguments: &TimingArguments, shared: &CommonOptions) -> Result<(), Error> {
     if let Some(picture) = &arguments.svg {
-        place::check_ending("--svg", picture, &["svg"], "SVG")?;
+        paths::check_ending("--svg", picture, &["svg"], "SVG")?;
     }
-    let located = place::locate_sensor(arguments.sensor.as_deref(), shared)?;
+    let located = paths::locate_sensor(arguments.sensor.as_deref(), shared)?;
     let resolved = &located.resolved;
     let sensor = SensorSetup::new(resolved)?;
     words::warn(sensor.extractor_warning().as_slice());
     let expected_features = sensor.extractor.features_expected(sensor.size);
-    place::refuse_same(&[("--svg", arguments.svg.as_ref()), ("--waves", arguments.waves.waves.as_ref())])?;
+    paths::refuse_same(&[("--svg", arguments.svg.as_ref()), ("--waves", arguments.waves.waves.as_ref())])?;
     let waves = WaveRequest::new(&arguments.waves, None, &sensor, (resolved, &located.name))?;
     let diagram = run::timing_diagram(&sensor, expected_features, &located.name)?;
     if let Some(path) = &arguments.svg {
-        place::write_output("--svg", path, diagram.svg().as_bytes())?;
+        paths::write_output("--svg", path, diagram.svg().as_bytes())?;
     }
     if let Some(waves) = &waves {
         waves.write_wedge(&sensor, resolved.scenario.sensor.die)?;

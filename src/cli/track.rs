@@ -16,14 +16,15 @@ use sensel::files::euroc::{ImuFolder, ImuReading};
 use sensel::files::map::ply;
 use sensel::files::open::is_there;
 use sensel::link::LinkCounts;
-use sensel::num::{f64_from_i64, f64_from_u64};
+use sensel::num::{f64_from_i64, f64_from_u64, index};
 use sensel::pose::{TimedPose, format_tum};
+use sensel::report::record::TrackingEvent;
 use sensel::run::SensorSetup;
 use sensel::tracker::{FrameInput, ImuCalibration, ImuMeasurement, Status, TrackedFrame, Tracker, TrackerParams};
 use serde_json::json;
 
 use super::args::{CommonOptions, TrackArguments};
-use super::{listing, place, progress, words};
+use super::{listing, paths, progress, words};
 pub use brought::Brought;
 use figures::TrackFigures;
 use packets::Packets;
@@ -34,13 +35,13 @@ use recording::AnyRecording;
 #[derive(Default)]
 struct Course {
     poses: Vec<TimedPose>,
-    frames: usize,
+    frames: u32,
     /// Of all cameras and frames.
     features: usize,
     /// Single-picture position sigmas of the frames given the map, in the map's unit.
     sigmas: Vec<f64>,
-    /// Lost and found again, starts and closed loops, with their times in seconds.
-    events: Vec<(f64, &'static str)>,
+    /// Lost and found again, starts and closed loops.
+    events: Vec<TrackingEvent>,
     last: Option<Status>,
 }
 
@@ -69,11 +70,11 @@ impl Course {
     }
 
     fn add(&mut self, t_s: f64, tracked: &TrackedFrame) {
-        self.frames += 1;
         self.poses.extend(tracked.world_from_body.map(|world_from_body| TimedPose { t_s, world_from_body }));
         self.sigmas.extend(tracked.single_picture_sigma_m);
-        self.events.extend(tracked.events(self.last).map(|event| (t_s, event)));
+        self.events.extend(tracked.events(self.last).map(|event| TrackingEvent::of(self.frames, t_s, event)));
         self.last = Some(tracked.status);
+        self.frames += 1;
     }
 }
 
@@ -116,14 +117,14 @@ impl FeatureSource {
 pub fn main(arguments: &TrackArguments, shared: &CommonOptions) -> Result<(), Error> {
     let out = output_file(shared)?;
     if let Some(map) = &arguments.map {
-        place::check_ending("--map", map, &["ply"], "PLY")?;
+        paths::check_ending("--map", map, &["ply"], "PLY")?;
     }
     let recording = AnyRecording::open(&arguments.folder)?;
     let from = FeatureSource::of(arguments, shared, recording.cameras.len())?;
     // A folder that a run wrote brings its own configuration; any other takes the defaults.
     let own = arguments.folder.join("config.toml");
     let (layer, text) = if is_there(&own) {
-        (own.display().to_string(), sensel::files::read_text(&own, place::SCENARIO_BYTES_MAX)?)
+        (own.display().to_string(), sensel::files::read_text(&own, paths::SCENARIO_BYTES_MAX)?)
     } else {
         ("command line".to_owned(), String::new())
     };
@@ -155,9 +156,9 @@ pub fn main(arguments: &TrackArguments, shared: &CommonOptions) -> Result<(), Er
         }
     }
     bar.finish();
-    place::write_output("--out", &out, format_tum(&course.poses).as_bytes())?;
+    paths::write_output("--out", &out, format_tum(&course.poses).as_bytes())?;
     if let Some(map) = &arguments.map {
-        place::write_output("--map", map, ply(tracker.landmarks()).as_bytes())?;
+        paths::write_output("--map", map, ply(tracker.landmarks()).as_bytes())?;
     }
     say(&recording, &course, &out, (from, link), (shared, seed(&resolved, shared)));
     Ok(())
@@ -165,15 +166,15 @@ pub fn main(arguments: &TrackArguments, shared: &CommonOptions) -> Result<(), Er
 
 /// Refuses outputs that would take the place of the recording's files, before it is tracked.
 fn check_outputs(recording: &AnyRecording, out: &PathBuf, arguments: &TrackArguments) -> Result<(), Error> {
-    place::refuse_same(&[("--out", Some(out)), ("--map", arguments.map.as_ref())])?;
+    paths::refuse_same(&[("--out", Some(out)), ("--map", arguments.map.as_ref())])?;
     let packets = (0..recording.cameras.len()).map(|camera| packets::file(&arguments.folder, camera));
     let inputs: Vec<PathBuf> =
         recording.frames.iter().flatten().map(|frame| frame.path.clone()).chain(packets).collect();
     for (option, file) in [("--out", Some(out)), ("--map", arguments.map.as_ref())] {
         let Some(file) = file else { continue };
-        place::check_output(option, file)?;
-        let real = place::real(file);
-        if inputs.iter().any(|input| input.file_name() == real.file_name() && place::real(input) == real) {
+        paths::check_output(option, file)?;
+        let real = paths::real(file);
+        if inputs.iter().any(|input| input.file_name() == real.file_name() && paths::real(input) == real) {
             return Err(Error::key(option, file.display(), "is a file that this command reads; name another"));
         }
     }
@@ -215,7 +216,7 @@ fn link_json(counts: LinkCounts) -> serde_json::Value {
 /// Where the trajectory goes. Without `--out` an existing file is not replaced.
 fn output_file(shared: &CommonOptions) -> Result<PathBuf, Error> {
     let usual = "trajectory_est.tum";
-    match place::output_file(shared, &["tum", "txt"], "a trajectory in TUM's format", usual)? {
+    match paths::output_file(shared, &["tum", "txt"], "a trajectory in TUM's format", usual)? {
         Some(file) => Ok(file),
         None if Path::new(usual).exists() => {
             Err(content_error(Path::new(usual), "exists already; name another with --out FILE"))
@@ -232,7 +233,7 @@ fn warnings(course: &Course, cameras: usize) -> Vec<String> {
     if course.frames == 0 {
         return vec!["the folder has no frame; name one with pictures or packets".to_owned()];
     }
-    let found = course.features / (course.frames * cameras).max(1);
+    let found = course.features / (index(course.frames) * cameras).max(1);
     let remedy = if found < 20 {
         "lower compute.threshold (with --from pictures) or bring brighter pictures".to_owned()
     } else if cameras == 1 {
@@ -254,13 +255,12 @@ fn say(
     let truth = recording.ground_truth.as_ref().map(|truth| recording.reported(truth));
     let of_rig = (recording.cameras.len(), seed);
     let figures = TrackFigures::of(truth.as_deref(), course.poses.clone(), &course.sigmas, of_rig);
-    let (tracked, frames) = (course.poses.len(), course.frames);
+    let (tracked, frames) = (course.poses.len(), index(course.frames));
     let warnings = warnings(course, recording.cameras.len());
     words::warn(&warnings);
     if shared.json {
-        let events: Vec<_> = course.events.iter().map(|(t_s, event)| json!({"t_s": t_s, "event": event})).collect();
         let mut json = json!({
-            "frames": frames, "tracked": tracked, "trajectory": out.display().to_string(), "events": events,
+            "frames": frames, "tracked": tracked, "trajectory": out.display().to_string(), "events": course.events,
             "from": from.name(), "not_measurable": figures.reasons(), "warnings": warnings,
         });
         let parts = json.as_object_mut().expect("an object");
@@ -275,8 +275,10 @@ fn say(
         if truth.is_some() {
             outln!("against the folder's ground truth: {figures}");
         }
-        for (t_s, event) in &course.events {
-            outln!("{t_s:.3} s: {event}");
+        for TrackingEvent { frame, t_s, event, reason } in &course.events {
+            let frame = frame.map_or_else(String::new, |frame| format!(", frame {frame}"));
+            let reason = reason.as_ref().map_or_else(String::new, |reason| format!(" ({reason})"));
+            outln!("{t_s:.3} s{frame}: {event}{reason}");
         }
         outln!("{frames} frames, {tracked} tracked, {} without a pose", frames - tracked);
     }

@@ -11,11 +11,11 @@ use sensel::units::{CameraIndex, RowIndex};
 use sensel::waves::{Asked, WavePlan, WaveRow};
 
 use super::args::{CommonOptions, WaveArguments, WavesArguments};
-use super::place;
+use super::paths;
 
 pub fn main(arguments: &WavesArguments, shared: &CommonOptions) -> Result<(), Error> {
-    place::check_ending("--plot", &arguments.plot, &["svg"], "SVG")?;
-    let located = place::locate_sensor(arguments.sensor.as_deref(), shared)?;
+    paths::check_ending("--plot", &arguments.plot, &["svg"], "SVG")?;
+    let located = paths::locate_sensor(arguments.sensor.as_deref(), shared)?;
     let sensor = SensorSetup::new(&located.resolved)?;
     let waves = WaveArguments {
         waves: Some(arguments.plot.clone()),
@@ -51,11 +51,11 @@ impl<'a> WaveRequest<'a> {
         let (rows, columns) = (arguments.wave_rows.as_deref(), arguments.wave_columns.as_deref());
         let asked = Asked { rows, columns, frame };
         let plan = WavePlan::new(sensor, asked, resolved.scenario.frames()?).map_err(|error| match &error {
-            // Options have their own names; keys have a place in a file.
+            // Options have their own names; keys have a location in a file.
             Error::Config { key, .. } if key.starts_with("sensor.") => resolved.tree.locate(error),
             _ => error,
         })?;
-        place::refuse_input("--waves", path)?;
+        paths::refuse_input("--waves", path)?;
         file.check()?;
         Ok(Some(Self { plan, file, name: name.to_owned() }))
     }
@@ -83,8 +83,8 @@ impl<'a> WaveRequest<'a> {
 
     /// Where in a result folder the file lies; none where it lies elsewhere.
     pub fn within(&self, target: &Path) -> Option<PathBuf> {
-        let file = place::real(self.file.path());
-        file.strip_prefix(place::real(target)).ok().map(Path::to_owned)
+        let file = paths::real(self.file.path());
+        file.strip_prefix(paths::real(target)).ok().map(Path::to_owned)
     }
 
     /// Lets the file be written under another path.
@@ -111,7 +111,7 @@ impl<'a> WaveRequest<'a> {
 
     fn write(&self, chain: &Chain, rows: &[WaveRow]) -> Result<(), Error> {
         let width = rows.first().map_or(0, |row| row.samples.signal_uv.len());
-        place::refuse_input("--waves", self.file.path())?;
+        paths::refuse_input("--waves", self.file.path())?;
         self.file.write(&self.plan.waves(&chain.first_columns(CameraIndex(0), width), rows)?, &self.name)
     }
 }

@@ -18,7 +18,7 @@ pub const ENGINE_FIXED_CLK: u64 = 43;
 pub const START_GAP_CLK: u64 = 40;
 /// From a start to where the patch's rows may be overwritten.
 const LOADED_CLK: u64 = 28;
-/// Rows that a patch reaches below the place that is judged: 13 and one that may begin while it is loaded.
+/// Rows that a patch reaches below the position that is judged: 13 and one that may begin while it is loaded.
 const LATE_ROWS: i64 = 14;
 /// Rows that a patch reaches above its cell row, less the three that smoothing is behind.
 const GUARD_ROWS: i64 = 10;
@@ -381,7 +381,7 @@ impl Back {
             Overflow::DropNewest if is_full => self.dropped += 1,
             Overflow::DropWeakest if is_full => {
                 self.queue.push_back(waiting);
-                let weakest = (0..self.queue.len()).rev().min_by_key(|&place| self.queue[place].candidate.rank);
+                let weakest = (0..self.queue.len()).rev().min_by_key(|&at| self.queue[at].candidate.rank);
                 self.queue.remove(weakest.expect("the queue has at least the newcomer"));
                 self.dropped += 1;
             }

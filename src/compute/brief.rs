@@ -11,12 +11,12 @@ use super::pattern::{BYTES, PAIRS, pattern, symmetric_pattern, turned};
 use super::word::Word;
 use crate::words::Turns;
 
-/// Pairs of points as places in a patch.
-type Places = [(u16, u16); PAIRS];
+/// Pairs of points as offsets of their words in a patch.
+type Offsets = [(u16, u16); PAIRS];
 
 /// A pattern under all its rotations.
 pub struct RotatedPattern {
-    turns: Vec<Places>,
+    turns: Vec<Offsets>,
 }
 
 impl RotatedPattern {
@@ -25,7 +25,7 @@ impl RotatedPattern {
         static TABLE: OnceLock<RotatedPattern> = OnceLock::new();
         TABLE.get_or_init(|| {
             let pairs = pattern();
-            let turn = |k| places(pairs.iter().map(|&(a, b)| (turned(a, k), turned(b, k))));
+            let turn = |k| offsets(pairs.iter().map(|&(a, b)| (turned(a, k), turned(b, k))));
             Self { turns: (0..256).map(turn).collect() }
         })
     }
@@ -33,7 +33,7 @@ impl RotatedPattern {
     /// The symmetric pattern under 32 turns.
     pub fn symmetric() -> &'static Self {
         static TABLE: OnceLock<RotatedPattern> = OnceLock::new();
-        TABLE.get_or_init(|| Self { turns: (0..32).map(|k| places(symmetric_pattern(k).into_iter())).collect() })
+        TABLE.get_or_init(|| Self { turns: (0..32).map(|k| offsets(symmetric_pattern(k).into_iter())).collect() })
     }
 
     /// The first `bytes` bytes of the descriptor of a patch, turned by the angle rounded down to the pattern's step; then zeros.
@@ -50,15 +50,15 @@ impl RotatedPattern {
     }
 }
 
-fn places(pairs: impl Iterator<Item = ((i32, i32), (i32, i32))>) -> Places {
-    let mut places = [(0, 0); PAIRS];
-    for (place, (a, b)) in places.iter_mut().zip(pairs) {
-        *place = (patch_place(a), patch_place(b));
+fn offsets(pairs: impl Iterator<Item = ((i32, i32), (i32, i32))>) -> Offsets {
+    let mut offsets = [(0, 0); PAIRS];
+    for (offset, (a, b)) in offsets.iter_mut().zip(pairs) {
+        *offset = (patch_offset(a), patch_offset(b));
     }
-    places
+    offsets
 }
 
-fn patch_place((x, y): (i32, i32)) -> u16 {
+fn patch_offset((x, y): (i32, i32)) -> u16 {
     let centre = i32::try_from(RADIUS_PX).expect("a small constant");
     let stride = i32::try_from(STRIDE).expect("a small constant");
     assert!(x.abs() <= centre && y.abs() <= centre, "rotation keeps the radius");

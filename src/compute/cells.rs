@@ -23,7 +23,7 @@ pub(crate) struct CellLists {
     /// The first entry of each cell, by rows of cells, and the end of the last one.
     first: Vec<u32>,
     entries: Vec<CornerCandidate>,
-    /// Corners that found no place in their cell, or lost it.
+    /// Corners that found no entry in the list of their cell, or lost it.
     pub unselected: u64,
 }
 
@@ -47,8 +47,8 @@ impl CellLists {
             rest = later;
             for candidate in row {
                 let cell = &mut cells[index(candidate.corner.x_px / cell_px)];
-                let place = cell.iter().position(|other| other.rank < candidate.rank).unwrap_or(cell.len());
-                cell.insert(place, *candidate);
+                let at = cell.iter().position(|other| other.rank < candidate.rank).unwrap_or(cell.len());
+                cell.insert(at, *candidate);
                 if cell.len() > per_cell {
                     cell.pop();
                     lists.unselected += 1;

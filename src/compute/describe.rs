@@ -37,7 +37,7 @@ pub(super) fn describe<W: Word>(octaves: &[Plane<W>], served: &[Served], params:
     features
 }
 
-/// Features of all these corners of one picture; without patches they have places and scores only.
+/// Features of all these corners of one picture; without patches they have positions and scores only.
 pub(super) fn describe_every<W: Word>(
     picture: &Plane<W>,
     corners: &[Corner],
@@ -63,9 +63,9 @@ fn pattern(params: &ExtractorParams) -> &'static RotatedPattern {
     }
 }
 
-/// A feature with its place and score.
+/// A feature with its position and score.
 fn placed<W: Word>(picture: &Plane<W>, corner: &Corner, octave: u8, params: &ExtractorParams) -> Feature {
-    let (x, y) = subpixel::place(picture, corner, octave, params.subpixel);
+    let (x, y) = subpixel::position(picture, corner, octave, params.subpixel);
     Feature { x, y, score: corner.score, angle: Turns::ZERO, octave, descriptor: [0; BYTES] }
 }
 

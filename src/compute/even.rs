@@ -57,7 +57,7 @@ pub fn even_frame(
     FrameClocks { out_clk, end_clk, queue_most: stream.queue_most() }
 }
 
-/// The first place with a whole patch in each cell that has one, by rows.
+/// The first position with a whole patch in each cell that has one, by rows.
 fn cells(params: &ExtractorParams, size: Size) -> impl Iterator<Item = Corner> + use<> {
     let (cell_px, margin_px) = (params.cell_px, PATCH_MARGIN_PX);
     let firsts = move |side_px: u32| {

@@ -182,7 +182,7 @@ fn score<W: Word>(circle: [W; 16], centre: W, threshold: W) -> W {
 /// The greatest, over all arcs of nine, of the least difference to the centre (brighter or darker), 0 if none differs.
 #[inline(always)]
 pub fn arc_difference<W: Word>(circle: [W; 16], centre: W) -> W {
-    // The 8-runs from odd places, each with either of the two pixels next to it, are all sixteen arcs.
+    // The 8-runs from odd indices, each with either of the two pixels next to it, are all sixteen arcs.
     let (mut low2, mut high2) = ([W::default(); 8], [W::default(); 8]);
     for k in 0..8 {
         low2[k] = circle[2 * k + 1].min(circle[(2 * k + 2) % 16]);
@@ -251,7 +251,7 @@ fn corner<W: Word>(x: usize, y: usize, score: W) -> Corner {
 /// The unsuppressed arc difference around a pixel, for fits; 0 where the circle leaves the picture.
 pub fn arc_difference_at<W: Word>(picture: &Plane<W>, x_px: u32, y_px: u32) -> W {
     let (x, y) = (index(x_px), index(y_px));
-    let inside = |place: usize, side: usize| place >= BORDER_PX && place + BORDER_PX < side;
+    let inside = |position_px: usize, side_px: usize| position_px >= BORDER_PX && position_px + BORDER_PX < side_px;
     if !inside(x, picture.width_px()) || !inside(y, picture.height_px()) {
         return W::default();
     }

@@ -96,7 +96,7 @@ fn extracted_fates(
     params: &ExtractorParams,
     pixels: impl Iterator<Item = (u32, u32)>,
 ) -> Result<(Extracted, Vec<Vec<PixelFate>>), Error> {
-    // Without the fit, places tell from which pixels the features are.
+    // Without the fit, positions tell from which pixels the features are.
     let whole = ExtractorParams { subpixel: false, ..*params };
     let extracted = Extractor::new(&whole).settled(codes, bits)?;
     let (params, events) = (&whole.for_codes(bits), &mut Events::default());
@@ -176,10 +176,10 @@ fn of_corner<W: Word>(
         return Fate::Unselected { rank: own.rank, least_rank };
     }
     // In sixteenths of the full picture's pixels.
-    let place = |position_px: u32| (((position_px << 4) + 8) << octave) - 8;
+    let sixteenths = |position_px: u32| (((position_px << 4) + 8) << octave) - 8;
     let left = extracted.features.iter().position(|feature| {
-        let [x, y] = [feature.x, feature.y].map(|place| u32::from(place.to_bits()));
-        (feature.octave, x, y) == (octave, place(x_px), place(y_px))
+        let [x, y] = [feature.x, feature.y].map(|coordinate| u32::from(coordinate.to_bits()));
+        (feature.octave, x, y) == (octave, sixteenths(x_px), sixteenths(y_px))
     });
     let lost = Fate::Lost { dropped: extracted.counts.dropped, late: extracted.counts.late };
     left.map_or(lost, |number| Fate::Feature { number })

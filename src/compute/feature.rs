@@ -30,10 +30,10 @@ impl Feature {
         self.y.into()
     }
 
-    /// The pixel (column, row) of the full picture whose area holds the place; a place on the seam between two belongs to the later
-    /// one. The fit moves a place by up to a pixel of its octave, so the corner's own pixel is this one or a neighbour of it.
+    /// The pixel (column, row) of the full picture whose area holds the position; a position on the seam between two belongs to the later
+    /// one. The fit moves a position by up to a pixel of its octave, so the corner's own pixel is this one or a neighbour of it.
     pub fn pixel(&self) -> (u32, u32) {
-        let nearest = |place: PositionPx| rounded(EdgeDistancePx::from(place));
+        let nearest = |coordinate: PositionPx| rounded(EdgeDistancePx::from(coordinate));
         (nearest(self.x), nearest(self.y))
     }
 
@@ -50,13 +50,13 @@ pub struct ExtractorCounts {
     pub corners: u64,
     /// Corners too near to an edge.
     pub without_patch: u64,
-    /// Corners that found no place in their cell, or lost it.
+    /// Corners that found no entry in the list of their cell, or lost it.
     pub unselected: u64,
     /// Candidates dropped because the queue was full.
     pub dropped: u64,
     /// Candidates lost because their rows were overwritten.
     pub late: u64,
-    /// Clocks in which a row was kept from starting by candidates that still needed its place.
+    /// Clocks in which a row was kept from starting by candidates that still needed the rows it overwrites.
     pub stalled_clk: u64,
     /// Clocks in which no pixel could enter.
     pub not_ready_clk: u64,

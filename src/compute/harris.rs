@@ -1,6 +1,6 @@
 //! Harris and Stephens' corner measure (1988) as a rank: a 16-bit code that orders corners.
 //!
-//! Gradients are 3x3 Sobel's at the 25 inner places of the corner's 7x7 window, their products are summed, and k is 1/16. The
+//! Gradients are 3x3 Sobel's at the 25 inner pixels of the corner's 7x7 window, their products are summed, and k is 1/16. The
 //! measure spans 50 bits, so it is coded like a float: 6 bits of exponent and 10 of fraction. The rank only chooses; corners
 //! are FAST's.
 
@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn a_corner_ranks_above_an_edge_and_a_flat_place_has_no_rank() {
+    fn a_corner_ranks_above_an_edge_and_a_flat_area_has_no_rank() {
         let size = Size { width_px: 16, height_px: 16 };
         let picture = |inside: fn(usize, usize) -> bool| {
             Plane::from_values(size, (0..256).map(|i| if inside(i % 16, i / 16) { 200_u8 } else { 50 }).collect())

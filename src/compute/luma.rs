@@ -41,7 +41,7 @@ pub(super) fn luma(codes: &Plane<u16>, pattern_px: (usize, usize), events: &mut 
 }
 
 /// Moves features of the grey picture to where the light fell: half a pattern less half a pixel to the right and down.
-pub(super) fn place_in_mosaic(features: &mut [Feature], pattern_px: (usize, usize)) {
+pub(super) fn move_to_mosaic(features: &mut [Feature], pattern_px: (usize, usize)) {
     let half = |side_px: usize| PositionPx::saturating_from_num(side_px - 1) >> 1;
     let (right, down) = (half(pattern_px.0), half(pattern_px.1));
     for feature in features {
@@ -77,8 +77,8 @@ mod tests {
         let (x, y) = (PositionPx::from_bits(33), PositionPx::MAX);
         let feature = Feature { x, y, score: 1, angle: crate::words::Turns::ZERO, octave: 0, descriptor: [0; 32] };
         let mut features = [feature, feature];
-        place_in_mosaic(&mut features[..1], (1, 1));
-        place_in_mosaic(&mut features[1..], (2, 4));
+        move_to_mosaic(&mut features[..1], (1, 1));
+        move_to_mosaic(&mut features[1..], (2, 4));
         assert_eq!(features[0], feature);
         assert_eq!((features[1].x, features[1].y), (PositionPx::from_bits(41), PositionPx::MAX));
     }

@@ -12,7 +12,7 @@ use crate::units::Size;
 pub const PATCH_MARGIN_PX: u32 = 16;
 const _: () = assert!(PATCH_MARGIN_PX as usize == RADIUS_PX + smooth::BORDER_PX);
 
-/// Widest and highest picture: places are 12 bits of pixel and 4 bits of fraction.
+/// Widest and highest picture: coordinates are 12 bits of pixel and 4 bits of fraction.
 pub const SIDE_PX_MAX: u32 = 4096;
 
 /// Least width and height of a picture that has a corner.
@@ -37,7 +37,7 @@ named! {
 named! {
     /// Which pairs a descriptor compares.
     pub enum PairPattern {
-        /// 256 pairs of nearly Gaussian places, turned by the angle.
+        /// 256 pairs of nearly Gaussian positions, turned by the angle.
         Gaussian = "gaussian",
         /// Eight pairs under 32 turns: bytes move round instead.
         Symmetric = "symmetric",
@@ -93,7 +93,7 @@ pub struct ExtractorParams {
     pub per_cell: u32,
     /// Which of a cell's corners are kept.
     pub rank: Rank,
-    /// Places to sixteenths of a pixel, by the differences around a corner; else places are whole pixels of their octave.
+    /// Positions to sixteenths of a pixel, by the differences around a corner; else positions are whole pixels of their octave.
     pub subpixel: bool,
     /// Bits of an angle, 3 to 8; its lower bits are 0.
     pub angle_bits: u32,
@@ -206,7 +206,7 @@ impl ExtractorParams {
         sizes
     }
 
-    /// Features of a frame at most: every cell that holds a place with a whole patch is full.
+    /// Features of a frame at most: every cell that holds a position with a whole patch is full.
     pub fn features_max(&self, size: Size) -> u64 {
         let cells = |side_px: u32| {
             let (first, last) = (PATCH_MARGIN_PX, side_px.saturating_sub(PATCH_MARGIN_PX + 1));

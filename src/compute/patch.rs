@@ -9,9 +9,9 @@ use crate::plane::Plane;
 pub const RADIUS_PX: usize = 13;
 /// Rows and columns of a patch.
 pub const SIDE: usize = 2 * RADIUS_PX + 1;
-/// Words from row to row, a power of two to keep places cheap; the last five of a row are 0.
+/// Words from row to row, a power of two to keep offsets cheap; the last five of a row are 0.
 pub(crate) const STRIDE: usize = 32;
-/// Words in all: a power of two, so that any place under it is inside.
+/// Words in all: a power of two, so that any offset under it is inside.
 pub(crate) const WORDS: usize = STRIDE * STRIDE;
 
 /// A corner's surroundings.
@@ -25,9 +25,9 @@ impl<W: Word> Patch<W> {
     pub fn around(picture: &Plane<W>, corner: &Corner) -> Self {
         let mut words = [W::default(); WORDS];
         let (x, y) = (index(corner.x_px) - RADIUS_PX, index(corner.y_px) - RADIUS_PX);
-        for (row, place) in words.as_chunks_mut::<STRIDE>().0.iter_mut().take(SIDE).enumerate() {
+        for (row, target) in words.as_chunks_mut::<STRIDE>().0.iter_mut().take(SIDE).enumerate() {
             let values: &[W; SIDE] = picture.row(y + row)[x..x + SIDE].try_into().expect("cut to this length");
-            place[..SIDE].copy_from_slice(values);
+            target[..SIDE].copy_from_slice(values);
         }
         Self { words }
     }
@@ -38,9 +38,9 @@ impl<W: Word> Patch<W> {
         &self.words.as_chunks::<STRIDE>().0[..SIDE]
     }
 
-    /// The word at a place of the rotated pattern.
+    /// The word at an offset; the pairs of a rotated pattern are such offsets.
     #[inline(always)]
-    pub(crate) fn at(&self, place: u16) -> W {
-        self.words[usize::from(place) % WORDS]
+    pub(crate) fn at(&self, offset: u16) -> W {
+        self.words[usize::from(offset) % WORDS]
     }
 }

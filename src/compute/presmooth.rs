@@ -1,9 +1,9 @@
 //! Smoothing before corner detection, for pictures of few bits: a 7x7 binomial kernel.
 //!
 //! Codes of two bits are four plateaus: FAST's differences take three values, so a threshold has nothing between all corners and none;
-//! single pixels of noise at a plateau's edge are corners, and what an edge's place was within a pixel is lost. A mean of many pixels
-//! brings back levels between the four, and an edge's place with them, because noise and the shape of the edge let neighbours change at
-//! different places. In hardware: six row memories before the extractor's own, shifts and adds. It runs before every form of the
+//! single pixels of noise at a plateau's edge are corners, and an edge's position within a pixel is lost. A mean of many pixels
+//! brings back levels between the four, and an edge's position with them, because noise and the shape of the edge let neighbours change
+//! at different positions. In hardware: six row memories before the extractor's own, shifts and adds. It runs before every form of the
 //! extractor and has no hardware twin; nor has the grey of a mosaic.
 
 use super::rows::Pixels;

@@ -156,12 +156,12 @@ mod tests {
             let rows = order(&sizes);
             let total: u32 = sizes.iter().map(|size| size.height_px + 1).sum();
             assert_eq!(rows.len(), usize::try_from(total).unwrap(), "{width_px} x {height_px}");
-            let place = |octave, y| rows.iter().position(|row| (row.octave, row.y) == (octave, y)).unwrap();
+            let index_of = |octave, y| rows.iter().position(|row| (row.octave, row.y) == (octave, y)).unwrap();
             for row in rows.iter().filter(|row| row.octave > 0 && !row.is_virtual) {
-                let made_of = place(row.octave - 1, 2 * row.y + 1);
-                assert!(made_of < place(row.octave, row.y));
+                let made_of = index_of(row.octave - 1, 2 * row.y + 1);
+                assert!(made_of < index_of(row.octave, row.y));
                 // Nothing of an upper octave runs between, so one row buffer serves all octaves.
-                assert!(rows[made_of + 1..place(row.octave, row.y)].iter().all(|between| between.is_virtual));
+                assert!(rows[made_of + 1..index_of(row.octave, row.y)].iter().all(|between| between.is_virtual));
             }
         }
     }

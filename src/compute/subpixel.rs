@@ -1,4 +1,4 @@
-//! The sub-pixel place of a corner of a picture, in pixels, by the weighted centroid of FAST's differences.
+//! The sub-pixel position of a corner of a picture, in pixels, by the weighted centroid of FAST's differences.
 
 use fixed::FixedI32;
 use fixed::types::extra::U4;
@@ -11,16 +11,21 @@ use crate::words::{EdgeDistancePx, PositionPx, ShiftPx};
 /// From a pixel's edge to its centre.
 const HALF_PX: EdgeDistancePx = EdgeDistancePx::lit("0.5");
 
-/// The place of a corner of octave k in the full picture: as the fit moves it, or of the pixel's centre.
+/// The position of a corner of octave k in the full picture: as the fit moves it, or of the pixel's centre.
 ///
-/// The centre of a half-scale pixel lies between four pixels, so a place is scaled about the picture's corner, which is half
+/// The centre of a half-scale pixel lies between four pixels, so a position is scaled about the picture's corner, which is half
 /// a pixel before the first centre.
-pub(crate) fn place<W: Word>(picture: &Plane<W>, corner: &Corner, octave: u8, fit: bool) -> (PositionPx, PositionPx) {
+pub(crate) fn position<W: Word>(
+    picture: &Plane<W>,
+    corner: &Corner,
+    octave: u8,
+    fit: bool,
+) -> (PositionPx, PositionPx) {
     let (right, down) = if fit { fitted_shift(&responses(picture, corner)) } else { (ShiftPx::ZERO, ShiftPx::ZERO) };
     (moved(corner.x_px, right, octave), moved(corner.y_px, down, octave))
 }
 
-/// A shift is within a pixel and corners are three pixels from the edge, so a place is never below zero.
+/// A shift is within a pixel and corners are three pixels from the edge, so a position is never below zero.
 fn moved(pixel: u32, shift: ShiftPx, octave: u8) -> PositionPx {
     let centre = EdgeDistancePx::wrapping_from_num(pixel).wrapping_add(HALF_PX);
     let from_edge = centre.checked_add_signed(shift.into()).expect("corners are three pixels from the edge");

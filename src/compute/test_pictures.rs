@@ -12,9 +12,9 @@ pub(crate) fn noise(width_px: u32, height_px: u32, levels: u64, seed: u64) -> Pl
     Plane::from_values(size, (0..index(width_px) * index(height_px)).map(value).collect())
 }
 
-/// The sum of the seven by seven values around a place under these weights both ways. Beyond an edge the outermost values are repeated.
+/// The sum of the seven by seven values around a pixel under these weights both ways. Beyond an edge the outermost values are repeated.
 pub(crate) fn weighted_sum(picture: &Plane<u8>, weights: [u32; 7], x: usize, y: usize) -> u32 {
-    let at = |place: usize, offset: usize, side: usize| (place + offset).saturating_sub(3).min(side - 1);
+    let at = |coordinate: usize, offset: usize, side: usize| (coordinate + offset).saturating_sub(3).min(side - 1);
     let mut sum = 0;
     for (dy, wy) in weights.iter().enumerate() {
         for (dx, wx) in weights.iter().enumerate() {

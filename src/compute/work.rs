@@ -89,14 +89,14 @@ fn picture(params: &ExtractorParams, pixels: u64, halved: u64, work: &mut Extrac
 
 /// A corner with its patch is compared with its cell's list, which is read and written; a list that was kept is read once more.
 fn choice(params: &ExtractorParams, counts: &ExtractorCounts, work: &mut ExtractorWork) {
-    let places = u64::from(params.per_cell);
-    work.ops += places * counts.corners;
-    work.reads += (entry_words(params) * places) * counts.corners;
-    work.writes += (entry_words(params) * places) * counts.corners;
+    let entries = u64::from(params.per_cell);
+    work.ops += entries * counts.corners;
+    work.reads += (entry_words(params) * entries) * counts.corners;
+    work.writes += (entry_words(params) * entries) * counts.corners;
     work.reads += entry_words(params) * (counts.corners - counts.unselected);
 }
 
-/// Words of an entry of a list: two places and a rank of 16 bits at most, and nine scores where there is a fit.
+/// Words of an entry of a list: two coordinates and a rank of 16 bits at most, and nine scores where there is a fit.
 fn entry_words(params: &ExtractorParams) -> u64 {
     4 + if params.subpixel { 9 } else { 1 }
 }

@@ -65,7 +65,7 @@ pub fn member<T: Copy>(key: &str, word: &str, members: &[T], name: fn(T) -> &'st
 }
 
 impl Scenario {
-    /// Width and height of the array. Fails on a side outside 16 to 4096 pixels (the extractor's places have 12 bits).
+    /// Width and height of the array. Fails on a side outside 16 to 4096 pixels (the extractor's positions have 12 bits).
     pub fn size(&self) -> Result<Size, Error> {
         let width_px = within("sensor.width", self.sensor.width, 16..=4096, "16 to 4096")?;
         let height_px = within("sensor.height", self.sensor.height, 16..=4096, "16 to 4096")?;

@@ -58,11 +58,11 @@ impl Scenario {
             let given = keys.iter().find_map(|(key, value, ..)| value.map(|value| (key, value)));
             return given.map_or(Ok(None), |(key, value)| Err(Error::key(key, value, reason)));
         };
-        for (key, value, most, place) in keys {
+        for (key, value, most, field) in keys {
             if let Some(value) = value {
                 // A host whose clock stands still never answers.
                 let least = if key == "host.clock_hz" { 1e3 } else { 0.0 };
-                *place(&mut params) = within(key, value, least..=most, &format!("{least} to {most:e}"))?;
+                *field(&mut params) = within(key, value, least..=most, &format!("{least} to {most:e}"))?;
             }
         }
         Ok(Some(params))

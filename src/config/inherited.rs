@@ -42,7 +42,7 @@ impl Resolved {
     }
 
     /// Where a value stands, in words.
-    pub fn place_of(&self, key: &str) -> String {
+    pub fn location_of(&self, key: &str) -> String {
         match self.tree.origin(key) {
             Some(origin) if origin.line > 0 => format!("{}:{}", origin.layer, origin.line),
             Some(origin) => origin.layer.clone(),
@@ -96,9 +96,9 @@ impl Resolved {
             }
             _ => format!("every efficiency of {written}"),
         };
-        let place = self.place_of(factor);
+        let location = self.location_of(factor);
         vec![format!(
-            "{factor} = {fill_factor} is inherited ({place}) and scales {effect}; write {factor} = 1.0 to keep it, or the pixel's own"
+            "{factor} = {fill_factor} is inherited ({location}) and scales {effect}; write {factor} = 1.0 to keep it, or the pixel's own"
         )]
     }
 }
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_inherited_is_listed_with_its_place_and_what_is_written_is_not() {
+    fn what_is_inherited_is_listed_with_its_location_and_what_is_written_is_not() {
         let mine = resolved("[sensor.pixel]\nquantum_efficiency = 0.6\n");
         let inherited = mine.inherited("sensor");
         let of = |key: &str| inherited.iter().find(|value| value.key == key);

@@ -14,7 +14,7 @@ use crate::pose::{Pose, TimedPose};
 use crate::scene::motion::gait::{Gait, RUN, WALK};
 use crate::scene::motion::path::PathShape;
 
-/// Control poses may stand this share of a step from their even places: times of an epoch in a double do.
+/// Control poses may stand this share of a step from their even times: times of an epoch in a double do.
 pub const STEP_TOLERANCE: f64 = 1e-3;
 
 /// A body that looks level along -z with y up: half a turn about x.

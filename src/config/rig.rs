@@ -9,14 +9,14 @@ use crate::pose::Pose;
 use crate::scene::motion::imu::{ADIS16448, IDEAL, Imu, MEMS_PHONE};
 use crate::scene::motion::so3;
 
-/// Furthest place on a rig, along an axis.
-const PLACE_MM_MAX: f64 = 10_000.0;
+/// Furthest position on a rig, along an axis.
+const POSITION_MM_MAX: f64 = 10_000.0;
 
 /// Cameras of a rig, at most.
 const CAMERAS_MAX: usize = 16;
 
 impl Scenario {
-    /// Where each camera sits on the body. Fails on a quaternion far from unit, a baseline or place out of range, two ways to say one
+    /// Where each camera sits on the body. Fails on a quaternion far from unit, a baseline or position out of range, two ways to say one
     /// thing, no camera or too many.
     pub fn cameras(&self) -> Result<Vec<Pose>, Error> {
         let rig = &self.rig;
@@ -35,7 +35,7 @@ impl Scenario {
         cameras.iter().enumerate().map(|(number, camera)| placed(rotation, number, camera)).collect()
     }
 
-    /// The inertial unit on the body, if there is one. Fails on an unknown preset, a rate or place out of range.
+    /// The inertial unit on the body, if there is one. Fails on an unknown preset, a rate or position out of range.
     pub fn imu(&self) -> Result<Option<Imu>, Error> {
         let rig = &self.rig;
         let presets =
@@ -66,10 +66,14 @@ fn placed(body_from_rig: DQuat, number: usize, camera: &RigCamera) -> Result<Pos
 }
 
 fn position_m(key: &str, position_mm: [f64; 3]) -> Result<DVec3, Error> {
-    if position_mm.iter().all(|axis_mm| axis_mm.abs() <= PLACE_MM_MAX) {
+    if position_mm.iter().all(|axis_mm| axis_mm.abs() <= POSITION_MM_MAX) {
         return Ok(DVec3::from_array(position_mm) * 1e-3);
     }
-    Err(Error::key(key, format!("{position_mm:?}"), format!("out of range; use -{PLACE_MM_MAX} to {PLACE_MM_MAX}")))
+    Err(Error::key(
+        key,
+        format!("{position_mm:?}"),
+        format!("out of range; use -{POSITION_MM_MAX} to {POSITION_MM_MAX}"),
+    ))
 }
 
 /// An orientation from its quaternion x y z w, or from angles that turn x right, y down, z forward: to the right about y, then nose up

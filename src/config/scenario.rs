@@ -113,7 +113,7 @@ sections! {
         per_cell: u32,
         /// Which of a cell's corners are kept: "fast" (FAST's score) or "harris".
         rank: String,
-        /// Places to 1/16 px.
+        /// Positions to 1/16 px.
         subpixel: bool,
         /// Bits of an angle, 3 to 8.
         angle_bits: u32,
@@ -156,10 +156,10 @@ sections! {
     Tracker {
         /// Keyframes refined together, 2 to 50.
         window: u32,
-        /// Whether each place counts at its row's own time: true or "auto" wherever the packets give rows times of their own, or false:
+        /// Whether each keypoint counts at its row's own time: true or "auto" wherever the packets give rows times of their own, or false:
         /// a frame's rows count as simultaneous, as others take them.
         rolling_shutter: Switch,
-        /// Whether places seen again bend the map: true or "auto", or false.
+        /// Whether loop closures bend the map: true or "auto", or false.
         loop_closing: Switch,
         /// Whether the readings of the rig's inertial unit are used: "on", "off", or "auto": where the rig has a unit (and a recording its
         /// readings).

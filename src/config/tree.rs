@@ -77,7 +77,7 @@ impl Tree {
 
     /// Lays another layer over this one.
     pub fn merge(&mut self, above: Self) {
-        // A value that replaces a table takes the places of what stood in it; a table that is laid over a table does not.
+        // A value that replaces a table removes the origins of what stood in it; a table that is laid over a table does not.
         let replaced = |path: &&String| above.get(path).is_some_and(|value| !value.is_table());
         let replaced: Vec<String> = above.origins.keys().filter(replaced).cloned().collect();
         merge_tables(&mut self.values, above.values);
@@ -173,7 +173,7 @@ fn merge_tables(below: &mut Table, above: Table) {
     }
 }
 
-/// Takes away what is known of the places in a table.
+/// Removes the origins of the keys in a table.
 fn forget_inside(origins: &mut BTreeMap<String, Origin>, path: &str) {
     let inside = format!("{path}.");
     let old: Vec<String> = origins
@@ -192,7 +192,7 @@ struct Lines(Vec<usize>);
 
 impl Lines {
     fn of(text: &str) -> Self {
-        Self(text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(place, _)| place + 1).collect())
+        Self(text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(offset, _)| offset + 1).collect())
     }
 
     /// The line of a byte, counted from 1.
@@ -201,7 +201,7 @@ impl Lines {
     }
 }
 
-/// The places of a layer's values while they are found.
+/// The origins of a layer's values while they are found.
 struct Origins<'a> {
     layer: &'a str,
     lines: Lines,

@@ -2,13 +2,13 @@
 
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
 
-/// The published number of an effect: part of every key, never reused, never its place in a list. `tests/effects/numbers.rs` lists all.
+/// The published number of an effect: part of every key, never reused, never its index in a list. `tests/effects/numbers.rs` lists all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct EffectNumber(pub u64);
 
-/// Where a row of draws belongs.
+/// The array row that draws belong to: of which camera, frame and exposure, under which seed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct RowPlace {
+pub struct RowAddress {
     /// Seed of the run, or of the die for patterns that stay from frame to frame.
     pub seed: u64,
     /// Camera of the rig.
@@ -44,17 +44,17 @@ impl DrawKey {
 
     /// The key of one effect's draws in one exposure of one camera, for any row. It is computed once a frame, which saves mixing
     /// steps in every row.
-    pub fn of_exposure(effect: EffectNumber, place: RowPlace) -> Self {
-        Self::root(place.seed)
+    pub fn of_exposure(effect: EffectNumber, address: RowAddress) -> Self {
+        Self::root(address.seed)
             .with(effect.0)
-            .with(place.camera.0.into())
-            .with(place.frame.0.into())
-            .with(place.slot.into())
+            .with(address.camera.0.into())
+            .with(address.frame.0.into())
+            .with(address.slot.into())
     }
 
     /// The key of one effect's draws in one row.
-    pub fn of_row(effect: EffectNumber, place: RowPlace) -> Self {
-        Self::of_exposure(effect, place).with(place.row.0.into())
+    pub fn of_row(effect: EffectNumber, address: RowAddress) -> Self {
+        Self::of_exposure(effect, address).with(address.row.0.into())
     }
 }
 

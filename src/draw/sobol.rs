@@ -1,4 +1,4 @@
-//! Sample points: place in the pixel and instant in the exposure, each in 0..1, from a sample's number and a pixel's seeds.
+//! Sample points: position in the pixel and instant in the exposure, each in 0..1, from a sample's number and a pixel's seeds.
 //!
 //! Sobol' points (direction numbers of Joe and Kuo, 2008) with nested uniform scrambling (Owen 1995, by the hash of Laine and Karras 2011
 //! with the constants of Vegdahl 2021). Every aligned block of a power of two is stratified: x with y as a (0, m, 2)-net, x, y and t
@@ -128,24 +128,24 @@ pub struct Seeds<const LANES: usize> {
 #[derive(Clone, Copy, Debug)]
 pub struct SamplePoint<const LANES: usize> {
     /// Shares of the way to the right and downwards through the pixel, and of the exposure.
-    pub place: [[f32; LANES]; 3],
+    pub coordinates: [[f32; LANES]; 3],
     /// The leading bits of every lane's time, at the top of the word.
     pub shared: u32,
 }
 
-/// Places and times of a packet's sample of one number.
+/// Positions and times of a packet's sample of one number.
 #[inline(always)]
-pub fn place<const LANES: usize>(number: u32, seeds: &Seeds<LANES>) -> SamplePoint<LANES> {
+pub fn sample_point<const LANES: usize>(number: u32, seeds: &Seeds<LANES>) -> SamplePoint<LANES> {
     let [x, y, t] = [0, 1, 2].map(|dimension| sobol_reversed(dimension, number));
     let shared = scrambled(t, seeds.packet) & !(u32::MAX >> SHARED_BITS);
-    let mut place = [[0.0; LANES]; 3];
+    let mut coordinates = [[0.0; LANES]; 3];
     for lane in 0..LANES {
-        place[0][lane] = unit(scrambled(x, seeds.lanes[0][lane]));
-        place[1][lane] = unit(scrambled(y, seeds.lanes[1][lane]));
+        coordinates[0][lane] = unit(scrambled(x, seeds.lanes[0][lane]));
+        coordinates[1][lane] = unit(scrambled(y, seeds.lanes[1][lane]));
         // Which way a lower bit is turned may depend on any higher one, so lanes may part below the shared bits.
-        place[2][lane] = unit(shared | (scrambled(t, seeds.lanes[2][lane]) & (u32::MAX >> SHARED_BITS)));
+        coordinates[2][lane] = unit(shared | (scrambled(t, seeds.lanes[2][lane]) & (u32::MAX >> SHARED_BITS)));
     }
-    SamplePoint { place, shared }
+    SamplePoint { coordinates, shared }
 }
 
 /// The fourth coordinate of a sample, for what is chosen at a bounce: the microfacet of a rough reflection, or a point on a source.
@@ -189,7 +189,7 @@ mod tests {
     /// Points of one lane in units of 2^-24.
     fn points(first: u32, count: u32, seeds: &Seeds<LANES>, lane: usize) -> Vec<[u32; 3]> {
         let whole = |shares: [f32; LANES]| u32_truncated_f32(shares[lane] * 16_777_216.0);
-        (first..first + count).map(|number| place(number, seeds).place.map(whole)).collect()
+        (first..first + count).map(|number| sample_point(number, seeds).coordinates.map(whole)).collect()
     }
 
     /// How many points lie in each box of 2^-a by 2^-b by 2^-c.
@@ -235,7 +235,7 @@ mod tests {
         let seeds = seeds(4);
         let mut parted = 0;
         for number in 0..64 {
-            let SamplePoint { place: [_, _, t], shared } = place(number, &seeds);
+            let SamplePoint { coordinates: [_, _, t], shared } = sample_point(number, &seeds);
             let sixteenth = stratum(shared, SHARED_BITS);
             for lane in 0..LANES {
                 assert_eq!(index(u32_truncated_f32(t[lane] * 16.0)), sixteenth);

@@ -27,8 +27,8 @@ const _: () = assert!(cfg!(target_endian = "little"), "supported targets are lit
 /// Word `word` (0..4) of a lane's first state.
 #[inline(always)]
 fn seed_word(key: DrawKey, lane: usize, word: usize) -> u64 {
-    let place = u64_from(LANES * word + lane + 1);
-    mix(key.0.wrapping_add(GOLDEN.wrapping_mul(place)))
+    let number = u64_from(LANES * word + lane + 1);
+    mix(key.0.wrapping_add(GOLDEN.wrapping_mul(number)))
 }
 
 kernel! {
@@ -162,12 +162,12 @@ mod tests {
     /// Three different numbers below `range` by Floyd's algorithm.
     fn three_below(words: &mut Xoshiro256PlusPlus, range: u32) -> [u32; 3] {
         let mut drawn = [u32::MAX; 3];
-        for (place, most) in (range - 3..range).enumerate() {
+        for (at, most) in (range - 3..range).enumerate() {
             let number = below(words, most + 1);
-            if let Some(same) = drawn[..place].iter().position(|&other| other == number) {
+            if let Some(same) = drawn[..at].iter().position(|&other| other == number) {
                 drawn[same] = most;
             }
-            drawn[place] = number;
+            drawn[at] = number;
         }
         drawn
     }
@@ -200,7 +200,7 @@ mod tests {
         let list: Vec<u32> = (0..1_000).collect();
         let mut stream = DrawKey::root(3).with(4).stream();
         let sample: [u32; 5] = list.sample_array(&mut stream).unwrap();
-        let mut shuffled: [u32; 8] = std::array::from_fn(|place| list[place]);
+        let mut shuffled: [u32; 8] = std::array::from_fn(|at| list[at]);
         shuffled.shuffle(&mut stream);
         let rest = (stream.random_range(0..1_000_u32), stream.random_range(0..1_000_usize), stream.random_ratio(1, 3));
         assert_eq!((sample, shuffled, rest), ([915, 194, 177, 834, 673], [2, 0, 5, 7, 4, 3, 1, 6], (731, 599, true)));

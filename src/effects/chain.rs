@@ -19,7 +19,7 @@ use state::{ExposureInput, ROWS_PER_CHUNK, Reading, add};
 
 use super::Parameters;
 use crate::adc::{self, Columns};
-use crate::draw::{DrawKey, RowPlace};
+use crate::draw::{DrawKey, RowAddress};
 use crate::effect::{ArrayPass, Domain, Effect};
 use crate::events::Events;
 use crate::fidelity::Rung;
@@ -115,8 +115,8 @@ impl Chain {
     /// Converters of one camera in each reading: of the columns that are read.
     fn columns(&self, camera: CameraIndex, width: usize) -> Vec<Columns<'_>> {
         let (frame, row) = (FrameIndex(0), RowIndex(0));
-        let place = RowPlace { seed: self.die_seed, camera, frame, slot: 0, row };
-        let die = DrawKey::of_row(adc::COLUMN_DELAY, place);
+        let address = RowAddress { seed: self.die_seed, camera, frame, slot: 0, row };
+        let die = DrawKey::of_row(adc::COLUMN_DELAY, address);
         let read = self.layout.as_ref().map(WindowLayout::read_columns);
         self.readings.iter().map(|reading| reading.columns(die, width, read.clone())).collect()
     }
@@ -293,24 +293,24 @@ impl Chain {
     }
 
     fn act_on_array(&self, charge_e: &mut Plane<f32>, capture: Capture<'_>, hits: &mut [u64]) -> Option<Plane<f32>> {
-        let (place, before_e) = (self.place(capture, 0), capture.before_e);
+        let (address, before_e) = (self.row_address(capture, 0), capture.before_e);
         let pixels = u64_from(charge_e.values().len());
-        let mut pass = ArrayPass { place, charge_e, before_e, left_e: None };
+        let mut pass = ArrayPass { address, charge_e, before_e, left_e: None };
         let first_counter = self.charge_effects.len() - self.array_effects().len();
-        for (place, effect) in self.array_effects().iter().enumerate() {
+        for (number, effect) in self.array_effects().iter().enumerate() {
             effect.apply_to_array(&mut pass);
-            hits[first_counter + place] += pixels;
+            hits[first_counter + number] += pixels;
         }
         pass.left_e
     }
 
-    fn place(&self, capture: Capture<'_>, row: usize) -> RowPlace {
+    fn row_address(&self, capture: Capture<'_>, row: usize) -> RowAddress {
         let Capture { camera, frame, slot, .. } = capture;
-        RowPlace { seed: self.seed, camera, frame, slot, row: RowIndex(u32_from(row)) }
+        RowAddress { seed: self.seed, camera, frame, slot, row: RowIndex(u32_from(row)) }
     }
 
     fn at(&self, capture: Capture<'_>, row: usize, times: RowTimes) -> RowAt {
-        RowAt { place: self.place(capture, row), times }
+        RowAt { address: self.row_address(capture, row), times }
     }
 
     /// From the photons in the buffer to the electrons that a row's pixels gather.

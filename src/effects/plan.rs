@@ -237,9 +237,9 @@ fn fullest_region(sums: &[Omission], budgets_e: &[f64]) -> usize {
     first_greatest(sums.len(), |region| sums[region].error_e2() / (budgets_e[region] * budgets_e[region]))
 }
 
-/// The first of the places with the greatest value.
+/// The first of the indices with the greatest value.
 fn first_greatest(count: usize, value: impl Fn(usize) -> f64) -> usize {
-    (1..count).fold(0, |most, place| if value(place) > value(most) { place } else { most })
+    (1..count).fold(0, |most, at| if value(at) > value(most) { at } else { most })
 }
 
 fn worst(sums: &[Omission]) -> Omission {

@@ -150,14 +150,14 @@ fn nanoseconds(seconds: f64) -> u64 {
 
 impl ItemBuilder<'_> {
     /// An event or count that costs picojoules.
-    pub fn pj(&mut self, place: (Block, Rail), amount: Amount, of: Constant, energy_pj: f64) {
-        self.add(place, amount, of, u64_half_even(energy_pj * 1e6));
+    pub fn pj(&mut self, block_and_rail: (Block, Rail), amount: Amount, of: Constant, energy_pj: f64) {
+        self.add(block_and_rail, amount, of, u64_half_even(energy_pj * 1e6));
     }
 
     /// A bias in milliwatts for a share of the time awake.
-    pub fn mw(&mut self, place: (Block, Rail), of: Constant, share: f64, power_mw: f64) {
+    pub fn mw(&mut self, block_and_rail: (Block, Rail), of: Constant, share: f64, power_mw: f64) {
         let ns = u64_half_even(f64_from_u64(self.awake_ns) * share);
-        self.add(place, Amount::Nanoseconds(ns), of, u64_half_even(power_mw * 1e6));
+        self.add(block_and_rail, Amount::Nanoseconds(ns), of, u64_half_even(power_mw * 1e6));
     }
 
     fn add(&mut self, (block, rail): (Block, Rail), amount: Amount, of: Constant, constant: u64) {
@@ -192,24 +192,24 @@ impl ItemBuilder<'_> {
 
     fn pixels(&mut self, die: &Technology) {
         let (design, supply_v) = (self.design, self.design.supply_v);
-        let place = (Block::Pixel, Rail::Analog);
+        let block_and_rail = (Block::Pixel, Rail::Analog);
         let square_pj = |capacitance_ff: f64| 1e-3 * capacitance_ff * supply_v * supply_v;
         let diffusion_ff = 1e21 * ELECTRON_C / design.pixel.conversion_gain_uv_per_e;
         let reset_pj = square_pj(diffusion_ff + die.value(Constant::PixelReset));
-        self.pj(place, Amount::Event(Event::PixelReset), Constant::PixelReset, reset_pj);
+        self.pj(block_and_rail, Amount::Event(Event::PixelReset), Constant::PixelReset, reset_pj);
         let transfer_pj = square_pj(die.value(Constant::ChargeTransfer));
-        self.pj(place, Amount::Event(Event::ChargeTransfer), Constant::ChargeTransfer, transfer_pj);
+        self.pj(block_and_rail, Amount::Event(Event::ChargeTransfer), Constant::ChargeTransfer, transfer_pj);
         if !converter::has_columns(design) {
             return;
         }
         let swing_v = lesser(1e-6 * design.adc.full_scale_uv / design.adc.gain, supply_v);
         let line_ff = 1e3 * design.adc.column_capacitance_pf + die.value(Constant::ColumnSettle);
         let settle_pj = 1e-3 * line_ff * swing_v * supply_v;
-        self.pj(place, Amount::Event(Event::ColumnSettle), Constant::ColumnSettle, settle_pj);
+        self.pj(block_and_rail, Amount::Event(Event::ColumnSettle), Constant::ColumnSettle, settle_pj);
         let given_ua = design.adc.column_bias_ua;
         let bias_ua = if given_ua > 0.0 { given_ua } else { die.value(Constant::ColumnBias) * self.bias_class() };
         let share = self.bias_share();
-        self.mw(place, Constant::ColumnBias, share, 1e-3 * bias_ua * supply_v * f64::from(design.columns));
+        self.mw(block_and_rail, Constant::ColumnBias, share, 1e-3 * bias_ua * supply_v * f64::from(design.columns));
     }
 
     fn readout(&mut self) {
@@ -243,7 +243,7 @@ impl ItemBuilder<'_> {
     }
 
     fn compute(&mut self) {
-        let place = (Block::Compute, Rail::Digital);
+        let block_and_rail = (Block::Compute, Rail::Digital);
         let logic = self.logic_factor();
         for (event, of) in [
             (Event::LineBufferWrite, Constant::LineBufferWrite),
@@ -251,11 +251,11 @@ impl ItemBuilder<'_> {
             (Event::ComputeOp, Constant::ComputeOp),
             (Event::ComputeMac, Constant::ComputeMac),
         ] {
-            self.pj(place, Amount::Event(event), of, logic * self.value(of));
+            self.pj(block_and_rail, Amount::Event(event), of, logic * self.value(of));
         }
         // Without an extractor nothing leaks.
         let present = if self.design.has_extractor { self.leakage() } else { 0.0 };
-        self.mw(place, Constant::LeakageCompute, 1.0, present * self.value(Constant::LeakageCompute));
+        self.mw(block_and_rail, Constant::LeakageCompute, 1.0, present * self.value(Constant::LeakageCompute));
     }
 
     /// Leakage over that at 300 K and the core's voltage.
@@ -264,7 +264,7 @@ impl ItemBuilder<'_> {
     }
 
     fn port(&mut self) {
-        let (design, place) = (self.design, (Block::Link, Rail::Io));
+        let (design, block_and_rail) = (self.design, (Block::Link, Rail::Io));
         let class = match design.params.periphery {
             Periphery::Full | Periphery::External => 1.0,
             Periphery::LowPower => self.value(Constant::LowPowerPort),
@@ -278,24 +278,24 @@ impl ItemBuilder<'_> {
                 let rises = 0.25 + 1.0 / f64::from(design.depth_bits);
                 let io_v = design.params.io_v;
                 let byte_pj = 8.0 * rises * 1e-3 * self.value(Constant::Pad) * io_v * io_v;
-                self.pj(place, byte, Constant::Pad, class * byte_pj);
+                self.pj(block_and_rail, byte, Constant::Pad, class * byte_pj);
             }
             Port::Lvds => {
-                self.pj(place, byte, Constant::LinkByte, class * self.value(Constant::LinkByte));
+                self.pj(block_and_rail, byte, Constant::LinkByte, class * self.value(Constant::LinkByte));
                 let lane_mw = 1e-3 * self.value(Constant::LvdsLane) * design.params.io_v;
-                self.mw(place, Constant::LvdsLane, 1.0, class * (lanes + 1.0) * lane_mw);
+                self.mw(block_and_rail, Constant::LvdsLane, 1.0, class * (lanes + 1.0) * lane_mw);
             }
             Port::Dphy => {
-                self.pj(place, byte, Constant::LinkByte, class * self.value(Constant::LinkByte));
+                self.pj(block_and_rail, byte, Constant::LinkByte, class * self.value(Constant::LinkByte));
                 let burst = Amount::Event(Event::LinkBurst);
-                self.pj(place, burst, Constant::LinkBurst, class * self.value(Constant::LinkBurst));
-                self.mw(place, Constant::PhyLane, 1.0, class * (lanes + 1.0) * self.value(Constant::PhyLane));
+                self.pj(block_and_rail, burst, Constant::LinkBurst, class * self.value(Constant::LinkBurst));
+                self.mw(block_and_rail, Constant::PhyLane, 1.0, class * (lanes + 1.0) * self.value(Constant::PhyLane));
                 // The clock lane runs all the time; data lanes are in high-speed mode for their bytes and the ways in and out.
                 let clock_mw = 1e-9 * self.value(Constant::LaneClock) * f64_from_u64(design.link.frequency_hz);
                 for (of, lane_mw) in [(Constant::HsLane, self.value(Constant::HsLane)), (Constant::LaneClock, clock_mw)]
                 {
-                    self.mw(place, of, 1.0, class * lane_mw);
-                    self.add(place, Amount::LaneNanoseconds, of, u64_half_even(1e6 * class * lane_mw));
+                    self.mw(block_and_rail, of, 1.0, class * lane_mw);
+                    self.add(block_and_rail, Amount::LaneNanoseconds, of, u64_half_even(1e6 * class * lane_mw));
                 }
             }
         }
@@ -318,13 +318,13 @@ impl ItemBuilder<'_> {
         ] {
             self.mw((Block::Periphery, rail), of, 1.0, class * factor * self.value(of));
         }
-        let place = (Block::Periphery, Rail::Digital);
+        let block_and_rail = (Block::Periphery, Rail::Digital);
         // The pipeline is clocked by merged pixels: readings leave the columns faster by the number of exposures.
         let clocks = Amount::PerFrame(self.design.frame_clk / self.design.exposures);
-        self.pj(place, clocks, Constant::ClockTree, class * logic * self.value(Constant::ClockTree));
+        self.pj(block_and_rail, clocks, Constant::ClockTree, class * logic * self.value(Constant::ClockTree));
         let leakage_mw = class * self.leakage() * self.value(Constant::LeakageLogic);
-        self.mw(place, Constant::LeakageLogic, 1.0, leakage_mw);
+        self.mw(block_and_rail, Constant::LeakageLogic, 1.0, leakage_mw);
         let standby_nw = u64_half_even(1e3 * self.value(Constant::Standby));
-        self.add(place, Amount::Nanoseconds(asleep_ns), Constant::Standby, standby_nw);
+        self.add(block_and_rail, Amount::Nanoseconds(asleep_ns), Constant::Standby, standby_nw);
     }
 }

@@ -184,10 +184,10 @@ impl Technology {
                 return Err(lines.refuse(&format!("constant.{name}"), &unknown_constant(name)));
             }
         }
-        for (place, &constant) in Constant::ALL.iter().enumerate() {
-            let below = made.values.get(place).cloned();
+        for (at, &constant) in Constant::ALL.iter().enumerate() {
+            let below = made.values.get(at).cloned();
             let value = lines.constant(constant, constants, below)?;
-            match made.values.get_mut(place) {
+            match made.values.get_mut(at) {
                 Some(known) => *known = value,
                 None => made.values.push(value),
             }
@@ -223,17 +223,17 @@ impl Technology {
     pub fn set(&mut self, name: &str, unit: &str, value: f64) -> Result<(), Error> {
         let key = format!("energy.constant.{name}.{unit}");
         let constant = Constant::from_name(name).ok_or_else(|| Error::key(&key, value, unknown_constant(name)))?;
-        let place = &mut self.values[constant as usize];
+        let entry = &mut self.values[constant as usize];
         if unit == "uncertainty_factor" {
-            place.uncertainty_factor =
+            entry.uncertainty_factor =
                 in_range(value, 1.0, 1000.0).map_err(|reason| Error::key(&key, value, reason))?;
             return Ok(());
         }
         if unit != constant.unit().name() {
             return Err(Error::key(&key, value, wrong_unit(constant, unit)));
         }
-        place.value = in_range(value, 0.0, CONSTANT_MAX).map_err(|reason| Error::key(&key, value, reason))?;
-        "set in the scenario".clone_into(&mut place.source);
+        entry.value = in_range(value, 0.0, CONSTANT_MAX).map_err(|reason| Error::key(&key, value, reason))?;
+        "set in the scenario".clone_into(&mut entry.source);
         Ok(())
     }
 

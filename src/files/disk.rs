@@ -26,7 +26,7 @@ pub fn rename_new(from: &Path, to: &Path) -> io::Result<()> {
     }
 }
 
-/// Lets two names change places in one step. Not every system and file system can; see [`is_unsupported`].
+/// Exchanges two names in one step. Not every system and file system can; see [`is_unsupported`].
 pub fn exchange(one: &Path, other: &Path) -> io::Result<()> {
     step()?;
     exchange_at_once(one, other)

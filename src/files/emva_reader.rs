@@ -114,10 +114,10 @@ impl EmvaFolder {
     ) -> Result<ChannelMeasurement, Error> {
         let mut measurement = ChannelMeasurement::of_points(self.descriptor.size, &[]);
         for group in stacks {
-            for (place, file) in group.files.iter().take(frames).enumerate() {
+            for (at, file) in group.files.iter().take(frames).enumerate() {
                 let mut codes = self.codes(file)?;
                 mend(&mut codes);
-                measurement.add(&group.shot(None, place), &codes);
+                measurement.add(&group.shot(None, at), &codes);
             }
         }
         Ok(measurement)
@@ -151,10 +151,10 @@ pub fn read(folder: &Path) -> Result<FoundMeasurement, Error> {
     let stacks = series.stacks.map(|group| (None, group));
     for (point, group) in points.chain(stacks) {
         let most = if point.is_some() { group.files.len() } else { series.stack };
-        for (place, file) in group.files.iter().take(most).enumerate() {
+        for (at, file) in group.files.iter().take(most).enumerate() {
             let mut codes = emva.codes(file)?;
             greatest = codes.values().iter().copied().fold(greatest, u16::max);
-            let shot = group.shot(point, place);
+            let shot = group.shot(point, at);
             defects.follow(&shot, &codes);
             defects.mend(&mut codes);
             measurement.add(&shot, &codes);
@@ -228,10 +228,10 @@ impl EmvaGroup {
         SeriesExposure { exposure_ns: self.exposure_ns, photons: self.photons }
     }
 
-    /// Its frame at a place; frames that exist have no number in a measurement.
-    fn shot(&self, point: Option<usize>, place: usize) -> PlannedShot {
+    /// Its frame at an index; frames that exist have no number in a measurement.
+    fn shot(&self, point: Option<usize>, at: usize) -> PlannedShot {
         let exposure = self.exposure();
-        PlannedShot { frame: FrameIndex(0), exposure, is_lit: self.is_lit, point, is_first: place == 0 }
+        PlannedShot { frame: FrameIndex(0), exposure, is_lit: self.is_lit, point, is_first: at == 0 }
     }
 }
 
@@ -239,15 +239,15 @@ impl EmvaDescriptor {
     fn parse(text: &str) -> Result<Self, Error> {
         let mut found: Option<(u32, Size)> = None;
         let mut groups: Vec<EmvaGroup> = Vec::new();
-        for (place, line) in text.lines().enumerate() {
-            let number = place + 1;
+        for (at, line) in text.lines().enumerate() {
+            let number = at + 1;
             let wrong =
                 |accepted: &str| refused(format!("line {number}: '{line}' is no line of a descriptor; use {accepted}"));
             let words: Vec<&str> = line.split_whitespace().collect();
             match words.as_slice() {
                 [] | ["v" | "#", ..] => {}
                 ["n", rest @ ..] => {
-                    let number = |place: usize| rest.get(place).and_then(|word| word.parse::<u32>().ok());
+                    let number = |field: usize| rest.get(field).and_then(|word| word.parse::<u32>().ok());
                     let numbers = (number(0), number(1), number(2));
                     let (Some(bits), Some(width_px), Some(height_px)) = numbers else {
                         return Err(wrong("n BITS WIDTH HEIGHT, such as n 12 640 480"));

@@ -9,7 +9,7 @@ pub fn io_error(path: &Path) -> impl FnOnce(std::io::Error) -> Error {
     move |source| Error::Io { path, source }
 }
 
-/// Why a result is not written to a place.
+/// Why a result is not written to a target.
 pub(super) fn refused(target: &Path, reason: impl Into<String>) -> Error {
     Error::key("out", target.display(), reason)
 }

@@ -1,6 +1,6 @@
 //! A result folder that is whole or absent, and never takes the place of what this program did not write.
 //!
-//! A result is built in a hidden folder beside its place and lists what it holds. It then changes places with the earlier result in one
+//! A result is built in a hidden folder beside its target and lists what it holds. It is then exchanged with the earlier result in one
 //! step, and the earlier one is removed by its own list. Where the folder cannot be moved, its content is replaced instead; see `contents`.
 
 mod contents;
@@ -45,7 +45,7 @@ pub struct OutputFolder {
     parents: Parents,
 }
 
-/// How the result gets to its place.
+/// How the result gets to its target.
 #[derive(Debug)]
 enum WriteMode {
     /// The folder is renamed.
@@ -54,7 +54,7 @@ enum WriteMode {
     Inside(Inside),
 }
 
-/// A result in its place.
+/// A result that stands at its target.
 #[derive(Debug)]
 pub struct PlacedResult {
     /// The folder.
@@ -64,7 +64,7 @@ pub struct PlacedResult {
 }
 
 impl OutputFolder {
-    /// Makes a hidden folder to be filled under [`OutputFolder::path`], and clears what killed processes left for the same place. Fails
+    /// Makes a hidden folder to be filled under [`OutputFolder::path`], and clears what killed processes left for the same target. Fails
     /// where `target` is a file, or holds something that this program did not write; another process writes there; or the disk says no.
     pub fn create(target: &Path) -> Result<Self, Error> {
         Self::create_where(target, holds_current_folder)
@@ -91,12 +91,12 @@ impl OutputFolder {
         let (mode, root) = if must_stay || lock.is_none() {
             let mut inside = Inside::take(&target)?;
             kept.append(&mut inside.kept);
-            PlaceState::of(&target, Care::Quick)?;
+            TargetState::of(&target, Care::Quick)?;
             let root = inside.build()?;
             (WriteMode::Inside(inside), root)
         } else {
             kept.extend(Inside::settle(&target)?);
-            PlaceState::of(&target, Care::Quick)?;
+            TargetState::of(&target, Care::Quick)?;
             let root = work::fresh(&parent, &name)?;
             (WriteMode::Beside { parent }, root)
         };
@@ -117,9 +117,9 @@ impl OutputFolder {
         &self.root
     }
 
-    /// Puts the folder in its place. What this program wrote there before is removed once the new one stands. Fails on the place holds
-    /// something that is not this program's, or the disk says no. The place is as it was then, and the finished result stays beside it
-    /// under the name that the error says.
+    /// Moves the folder to its target. What this program wrote there before is removed once the new one stands. Fails where the target
+    /// holds something that is not this program's, or the disk says no. The target is as it was then, and the finished result stays beside
+    /// it under the name that the error says.
     pub fn commit(self) -> Result<PlacedResult, Error> {
         self.commit_by(disk::exchange)
     }
@@ -137,13 +137,13 @@ impl OutputFolder {
     }
 
     fn put(&mut self, manifest: &Manifest, exchange: fn(&Path, &Path) -> io::Result<()>) -> Result<(), Error> {
-        let state = PlaceState::of(&self.target, Care::Full)?;
+        let state = TargetState::of(&self.target, Care::Full)?;
         let failed = |source| io_error(&self.target)(source);
         let parent = match &mut self.mode {
             WriteMode::Inside(inside) => {
                 let (old, survey) = match &state {
-                    PlaceState::Ours(old, survey) => (Some(old), Some(survey)),
-                    PlaceState::Free => (None, None),
+                    TargetState::Ours(old, survey) => (Some(old), Some(survey)),
+                    TargetState::Free => (None, None),
                 };
                 inside.swap(manifest, old, survey)?;
                 self.kept.append(&mut inside.kept);
@@ -154,7 +154,7 @@ impl OutputFolder {
         if let Ok(metadata) = std::fs::metadata(&self.target) {
             disk::copy_ownership(&metadata, &self.root).map_err(failed)?;
         }
-        let PlaceState::Ours(_, survey) = state else {
+        let TargetState::Ours(_, survey) = state else {
             // An empty folder is replaced in the same step; one that was filled meanwhile is not.
             disk::rename(&self.root, &self.target).map_err(failed)?;
             return disk::sync_folder(parent).map_err(failed);
@@ -182,7 +182,7 @@ impl OutputFolder {
         Ok(())
     }
 
-    /// A finished result is not thrown away because its place is taken.
+    /// A finished result is not thrown away because its target is taken.
     fn keep_finished(&mut self, error: Error) -> Error {
         let beside = match &self.mode {
             WriteMode::Beside { .. } => self.target.clone(),
@@ -222,21 +222,21 @@ impl OutputFolder {
 impl Drop for OutputFolder {
     fn drop(&mut self) {
         if !self.is_done && matches!(self.mode, WriteMode::Beside { .. }) {
-            // Nobody is left to tell; a leftover is hidden, and the next run to the same place clears it.
+            // Nobody is left to tell; a leftover is hidden, and the next run to the same target clears it.
             let _ = work::remove_marked(&self.root);
         }
     }
 }
 
-/// What stands in the place, where that may be replaced.
-enum PlaceState {
+/// What stands at the target, where that may be replaced.
+enum TargetState {
     /// Nothing, or an empty folder.
     Free,
     /// A result of this program, and nothing else.
     Ours(Manifest, Survey),
 }
 
-impl PlaceState {
+impl TargetState {
     fn of(target: &Path, care: Care) -> Result<Self, Error> {
         let metadata = match std::fs::symlink_metadata(target) {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Self::Free),

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use crate::tracker::Landmark;
 
-/// The landmarks as ASCII PLY: place in the tracker's world, the number of the landmark, frames that found it, keyframes that saw it.
+/// The landmarks as ASCII PLY: position in the tracker's world, the number of the landmark, frames that found it, keyframes that saw it.
 pub fn ply(landmarks: &[Landmark]) -> String {
     let mut text = String::from("ply\nformat ascii 1.0\ncomment landmarks of a tracker, in its own world\n");
     let _ = writeln!(text, "element vertex {}", landmarks.len());

@@ -192,19 +192,19 @@ impl Header<'_> {
 }
 
 /// Mean of the left and the upper neighbour's bits, of whichever are there. Bits of positive floats are in the order of their values.
-fn predicted(bits: &[u32], place: usize, column: usize, width: usize) -> u32 {
-    match (column > 0, place >= width) {
-        (true, true) => u32::midpoint(bits[place - 1], bits[place - width]),
-        (true, false) => bits[place - 1],
-        (false, true) => bits[place - width],
+fn predicted(bits: &[u32], at: usize, column: usize, width: usize) -> u32 {
+    match (column > 0, at >= width) {
+        (true, true) => u32::midpoint(bits[at - 1], bits[at - width]),
+        (true, false) => bits[at - 1],
+        (false, true) => bits[at - width],
         (false, false) => 0,
     }
 }
 
 /// What the prediction misses, with its sign in the lowest bit.
 fn missed(bits: &[u32], width: usize) -> Vec<u32> {
-    let folded = |(place, &own): (usize, &u32)| {
-        let signed = own.wrapping_sub(predicted(bits, place, place % width, width)).cast_signed();
+    let folded = |(at, &own): (usize, &u32)| {
+        let signed = own.wrapping_sub(predicted(bits, at, at % width, width)).cast_signed();
         ((signed << 1) ^ (signed >> 31)).cast_unsigned()
     };
     bits.iter().enumerate().map(folded).collect()

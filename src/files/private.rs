@@ -39,7 +39,7 @@ fn create(folder: &Path) -> std::io::Result<()> {
     std::fs::create_dir(folder)
 }
 
-/// Refuses a folder whose content, or whose place, another user could change. Says why it is refused.
+/// Refuses a folder whose content, or whose path, another user could change. Says why it is refused.
 #[cfg(unix)]
 pub fn check_private(folder: &Path) -> Result<(), Error> {
     use std::os::unix::fs::MetadataExt as _;
@@ -62,8 +62,8 @@ pub fn check_private(folder: &Path) -> Result<(), Error> {
     if own.mode() & GROUP_OR_OTHERS_WRITE != 0 {
         return refused("can be written by other users");
     }
-    let place = std::fs::canonicalize(folder).map_err(io_error(folder))?;
-    for above in place.ancestors().skip(1) {
+    let path = std::fs::canonicalize(folder).map_err(io_error(folder))?;
+    for above in path.ancestors().skip(1) {
         let mode = std::fs::symlink_metadata(above).map_err(io_error(above))?.mode();
         if mode & OTHERS_WRITE != 0 && mode & STICKY == 0 {
             return refused(&format!("lies in {}, where every user may replace it", above.display()));
@@ -72,7 +72,7 @@ pub fn check_private(folder: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Refuses a folder whose content, or whose place, another user could change; this system is not asked.
+/// Refuses a folder whose content, or whose path, another user could change; this system is not asked.
 #[cfg(not(unix))]
 pub fn check_private(_: &Path) -> Result<(), Error> {
     Ok(())

@@ -74,7 +74,7 @@ impl SweepFolder {
         &self.path
     }
 
-    fn place_of(&self, cell: &str) -> PathBuf {
+    fn path_of(&self, cell: &str) -> PathBuf {
         // 256 folders keep each of them short.
         self.path.join(CELLS).join(&cell[..2]).join(format!("{cell}.json"))
     }
@@ -83,32 +83,32 @@ impl SweepFolder {
     pub fn find<'a>(&self, cells: impl Iterator<Item = &'a str>) -> FoundCells {
         let mut found = FoundCells::default();
         for cell in cells {
-            let place = self.place_of(cell);
-            let Ok(bytes) = read_bytes(&place, RECORD_BYTES_MAX) else { continue };
+            let path = self.path_of(cell);
+            let Ok(bytes) = read_bytes(&path, RECORD_BYTES_MAX) else { continue };
             match CellRecord::from_bytes(&bytes).filter(|record| record.cell == cell) {
                 Some(record) => {
                     found.records.insert(cell.to_owned(), record);
                 }
-                None => found.damaged.push(place),
+                None => found.damaged.push(path),
             }
         }
         found
     }
 
-    /// Writes a cell's record: to a file beside its place, synced, renamed. Fails where the disk says no; then the cell counts as not run.
+    /// Writes a cell's record: to a file beside the cell's, synced, renamed. Fails where the disk says no; then the cell counts as not run.
     pub fn write(&self, record: &CellRecord) -> Result<(), Error> {
-        let place = self.place_of(&record.cell);
-        if let Some(folder) = place.parent() {
+        let path = self.path_of(&record.cell);
+        if let Some(folder) = path.parent() {
             make_folder(folder)?;
         }
-        write_whole(&place, &record.to_bytes())
+        write_whole(&path, &record.to_bytes())
     }
 
     /// Writes a file of the whole sweep, such as the table.
     pub fn write_file(&self, name: &str, bytes: &[u8]) -> Result<PathBuf, Error> {
-        let place = self.path.join(name);
-        write_whole(&place, bytes)?;
-        Ok(place)
+        let path = self.path.join(name);
+        write_whole(&path, bytes)?;
+        Ok(path)
     }
 
     /// What killed runs left.
@@ -142,20 +142,20 @@ fn refuse_others(path: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Writes beside the place, syncs, renames.
-fn write_whole(place: &Path, bytes: &[u8]) -> Result<(), Error> {
+/// Writes to a file beside the path, syncs, renames.
+fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let turn = TURN.fetch_add(1, Ordering::Relaxed);
-    let beside = place.with_extension(format!("{}-{turn}.{UNFINISHED}", std::process::id()));
+    let beside = path.with_extension(format!("{}-{turn}.{UNFINISHED}", std::process::id()));
     let write = || -> std::io::Result<()> {
         let _ = std::fs::remove_file(&beside);
         let mut file = std::fs::File::create_new(&beside)?;
         file.write_all(bytes)?;
         file.sync_data()?;
-        disk::rename(&beside, place)
+        disk::rename(&beside, path)
     };
     write().map_err(|source| {
         let _ = std::fs::remove_file(&beside);
-        io_error(place)(source)
+        io_error(path)(source)
     })
 }
 
@@ -175,13 +175,13 @@ mod tests {
         for cell in ["aa11", "aa22", "bb33"] {
             folder.write(&record(cell)).unwrap();
         }
-        let place = folder.place_of("aa22");
-        let mut bytes = std::fs::read(&place).unwrap();
+        let path = folder.path_of("aa22");
+        let mut bytes = std::fs::read(&path).unwrap();
         bytes[80] ^= 1;
-        std::fs::write(&place, bytes).unwrap();
+        std::fs::write(&path, bytes).unwrap();
         let found = folder.find(["aa11", "aa22", "bb33", "cc44"].into_iter());
         assert_eq!(found.records.keys().collect::<Vec<_>>(), ["aa11", "bb33"]);
-        assert_eq!(found.damaged, [place]);
+        assert_eq!(found.damaged, [path]);
     }
 
     #[test]

@@ -34,7 +34,7 @@ pub struct TruthWriter {
 }
 
 /// One camera of one frame.
-struct CameraPlace<'a> {
+struct CameraCapture<'a> {
     camera: usize,
     timestamp_ns: u64,
     session: &'a Session,
@@ -60,14 +60,14 @@ impl TruthWriter {
     pub fn add_frame(&mut self, session: &Session, frame: &Frame) -> Result<(), Error> {
         let timestamp_ns = u64_half_even(frame.t_s * 1e9);
         for (camera, seen) in frame.cameras.iter().enumerate() {
-            let place = CameraPlace { camera, timestamp_ns, session, frame };
-            self.stages(&place, seen)?;
-            self.geometry(&place)?;
+            let capture = CameraCapture { camera, timestamp_ns, session, frame };
+            self.stages(&capture, seen)?;
+            self.geometry(&capture)?;
         }
         Ok(())
     }
 
-    /// Lists inertial readings where a folder has a place for them.
+    /// Lists inertial readings where a folder takes them.
     pub fn add_readings(&mut self, readings: &[ImuSample]) -> Result<(), Error> {
         self.tum.as_mut().map_or(Ok(()), |tum| tum.add_readings(readings))
     }
@@ -83,62 +83,65 @@ impl TruthWriter {
         write(&self.folder.join("ground_truth.json"), index::text(&self.keep, setup)?)
     }
 
-    fn path(&self, folder: &str, place: &CameraPlace<'_>, extension: &str) -> PathBuf {
-        let camera = format!("cam{}", place.camera);
-        self.folder.join(folder).join(camera).join(format!("{}.{extension}", place.timestamp_ns))
+    fn path(&self, folder: &str, capture: &CameraCapture<'_>, extension: &str) -> PathBuf {
+        let camera = format!("cam{}", capture.camera);
+        self.folder.join(folder).join(camera).join(format!("{}.{extension}", capture.timestamp_ns))
     }
 
     /// What stages before the codes made.
-    fn stages(&self, place: &CameraPlace<'_>, seen: &CameraFrame) -> Result<(), Error> {
+    fn stages(&self, capture: &CameraCapture<'_>, seen: &CameraFrame) -> Result<(), Error> {
         if self.keep.has(KeptOutput::Photons) {
-            write_exr(&self.path("photons", place, "exr"), [("Y", (*seen.photons).clone())])?;
+            write_exr(&self.path("photons", capture, "exr"), [("Y", (*seen.photons).clone())])?;
         }
         if let Some(electrons) = seen.electrons.as_ref().filter(|_| self.keep.has(KeptOutput::Electrons)) {
-            write_exr(&self.path("electrons", place, "exr"), [("Y", electrons.clone())])?;
+            write_exr(&self.path("electrons", capture, "exr"), [("Y", electrons.clone())])?;
         }
         if self.keep.has(KeptOutput::Codes) {
-            write_grey_16(&self.path("codes", place, "png"), &seen.codes)?;
+            write_grey_16(&self.path("codes", capture, "png"), &seen.codes)?;
         }
         if self.keep.has(KeptOutput::Colour) {
-            write_exr(&self.path("colour", place, "exr"), place.session.colour(place.frame.frame, place.camera)?)?;
+            write_exr(
+                &self.path("colour", capture, "exr"),
+                capture.session.colour(capture.frame.frame, capture.camera)?,
+            )?;
         }
         Ok(())
     }
 
     /// What the scene's shape and the motion imply.
-    fn geometry(&mut self, place: &CameraPlace<'_>) -> Result<(), Error> {
-        let (session, camera) = (place.session, place.camera);
+    fn geometry(&mut self, capture: &CameraCapture<'_>) -> Result<(), Error> {
+        let (session, camera) = (capture.session, capture.camera);
         let setup = session.setup();
         // The motion was checked to cover the whole run before the first frame.
         let pose = |t_s: f64| setup.motion.world_from_body(t_s).expect("the motion covers the run");
-        let view = session.view(place.frame.frame, camera, &pose);
+        let view = session.view(capture.frame.frame, camera, &pose);
         if self.keep.has(KeptOutput::Poses) {
-            write(&self.path("poses", place, "csv"), encode::pose_table(&view))?;
+            write(&self.path("poses", capture, "csv"), encode::pose_table(&view))?;
         }
         let has_tum_depth = self.tum.is_some() && camera == 0;
         if !has_tum_depth && !self.keep.needs_surfaces() {
             return Ok(());
         }
-        let Some(scene) = setup.world.dynamic_scene() else { return self.picture_depth(place) };
+        let Some(scene) = setup.world.dynamic_scene() else { return self.picture_depth(capture) };
         let scene = scene.shapes();
         let seen = surfaces(scene, &view);
-        self.shape(place, scene, &view, &seen)?;
+        self.shape(capture, scene, &view, &seen)?;
         if let Some(tum) = self.tum.as_mut().filter(|_| camera == 0) {
-            let world_from_camera = place.frame.truth.then(&setup.cameras[0].body_from_camera);
-            let codes = &place.frame.cameras[0].codes;
+            let world_from_camera = capture.frame.truth.then(&setup.cameras[0].body_from_camera);
+            let codes = &capture.frame.cameras[0].codes;
             let depth = encode::depth_steps(&seen.depth_m(&view));
-            tum.add_frame(place.timestamp_ns, codes, setup.sensor.bits(), &depth, &world_from_camera)?;
+            tum.add_frame(capture.timestamp_ns, codes, setup.sensor.bits(), &depth, &world_from_camera)?;
         }
-        let next = FrameIndex(place.frame.frame.0 + 1);
+        let next = FrameIndex(capture.frame.frame.0 + 1);
         if next.0 < setup.frames && (self.keep.has(KeptOutput::Flow) || self.keep.has(KeptOutput::Visibility)) {
             let found = matches(scene, &view, &seen, &session.view(next, camera, &pose));
-            self.to_next(place, found)?;
+            self.to_next(capture, found)?;
         }
         if self.keep.has(KeptOutput::Stereo) {
             for other in 0..setup.cameras.len() {
                 if (camera == 0) != (other == 0) {
-                    let found = matches(scene, &view, &seen, &session.view(place.frame.frame, other, &pose));
-                    self.to_other(place, other, found)?;
+                    let found = matches(scene, &view, &seen, &session.view(capture.frame.frame, other, &pose));
+                    self.to_other(capture, other, found)?;
                 }
             }
         }
@@ -146,59 +149,59 @@ impl TruthWriter {
     }
 
     /// Depth of a world of pictures, which have no other shape.
-    fn picture_depth(&self, place: &CameraPlace<'_>) -> Result<(), Error> {
+    fn picture_depth(&self, capture: &CameraCapture<'_>) -> Result<(), Error> {
         if !self.keep.has(KeptOutput::Depth) {
             return Ok(());
         }
-        let (setup, frame) = (place.session.setup(), place.frame);
-        let depth_m = setup.world.depth((place.camera, &setup.cameras[place.camera]), frame.t_s)?;
+        let (setup, frame) = (capture.session.setup(), capture.frame);
+        let depth_m = setup.world.depth((capture.camera, &setup.cameras[capture.camera]), frame.t_s)?;
         let depth_m = depth_m.expect("a world without depth was refused when the folder was made");
-        write_grey_16(&self.path("depth", place, "png"), &encode::depth_steps(&depth_m))?;
-        write_exr(&self.path("depth", place, "exr"), [("Z", depth_m)])
+        write_grey_16(&self.path("depth", capture, "png"), &encode::depth_steps(&depth_m))?;
+        write_exr(&self.path("depth", capture, "exr"), [("Z", depth_m)])
     }
 
     fn shape(
         &self,
-        place: &CameraPlace<'_>,
+        capture: &CameraCapture<'_>,
         scene: Shapes<'_>,
         view: &TruthView<'_>,
         seen: &Surfaces,
     ) -> Result<(), Error> {
         if self.keep.has(KeptOutput::Depth) {
             let depth_m = seen.depth_m(view);
-            write_grey_16(&self.path("depth", place, "png"), &encode::depth_steps(&depth_m))?;
-            write_exr(&self.path("depth", place, "exr"), [("Z", depth_m), ("range", seen.range_m())])?;
+            write_grey_16(&self.path("depth", capture, "png"), &encode::depth_steps(&depth_m))?;
+            write_exr(&self.path("depth", capture, "exr"), [("Z", depth_m), ("range", seen.range_m())])?;
         }
         if self.keep.has(KeptOutput::Normals) {
             let [x, y, z] = seen.normals(scene, view);
-            write_exr(&self.path("normals", place, "exr"), [("normal.X", x), ("normal.Y", y), ("normal.Z", z)])?;
+            write_exr(&self.path("normals", capture, "exr"), [("normal.X", x), ("normal.Y", y), ("normal.Z", z)])?;
         }
         if self.keep.has(KeptOutput::Materials) {
             let numbers = seen.materials(scene).map(|number| u16::try_from(number).unwrap_or(u16::MAX));
-            write_grey_16(&self.path("materials", place, "png"), &numbers)?;
+            write_grey_16(&self.path("materials", capture, "png"), &numbers)?;
         }
         if self.keep.has(KeptOutput::Objects) {
             let instance = |number: u32| scene.object(number).map_or(0, |object| object.instance);
             let numbers = seen.object.map(|number| u16::try_from(instance(number)).unwrap_or(u16::MAX));
-            write_grey_16(&self.path("objects", place, "png"), &numbers)?;
+            write_grey_16(&self.path("objects", capture, "png"), &numbers)?;
         }
         Ok(())
     }
 
-    fn to_next(&self, place: &CameraPlace<'_>, found: Matches) -> Result<(), Error> {
+    fn to_next(&self, capture: &CameraCapture<'_>, found: Matches) -> Result<(), Error> {
         if self.keep.has(KeptOutput::Visibility) {
-            write_grey_8(&self.path("visibility", place, "png"), &codes_of(&found.seen))?;
+            write_grey_8(&self.path("visibility", capture, "png"), &codes_of(&found.seen))?;
         }
         if self.keep.has(KeptOutput::Flow) {
-            encode::write_flow_16(&self.path("flow", place, "png"), &found)?;
-            write_exr(&self.path("flow", place, "exr"), [("forward.u", found.dx_px), ("forward.v", found.dy_px)])?;
+            encode::write_flow_16(&self.path("flow", capture, "png"), &found)?;
+            write_exr(&self.path("flow", capture, "exr"), [("forward.u", found.dx_px), ("forward.v", found.dy_px)])?;
         }
         Ok(())
     }
 
-    fn to_other(&self, place: &CameraPlace<'_>, other: usize, found: Matches) -> Result<(), Error> {
-        let folder = self.folder.join("stereo").join(keep::pair(place.camera, other));
-        let name = |extension: &str| folder.join(format!("{}.{extension}", place.timestamp_ns));
+    fn to_other(&self, capture: &CameraCapture<'_>, other: usize, found: Matches) -> Result<(), Error> {
+        let folder = self.folder.join("stereo").join(keep::pair(capture.camera, other));
+        let name = |extension: &str| folder.join(format!("{}.{extension}", capture.timestamp_ns));
         write_grey_8(&name("png"), &codes_of(&found.seen))?;
         write_exr(&name("exr"), [("disparity.x", found.dx_px), ("disparity.y", found.dy_px)])
     }

@@ -57,7 +57,7 @@ impl WaveFile {
         check_file(&self.path)
     }
 
-    /// Writes the file beside its place and renames it; `name` is the picture's heading. Fails where the disk says no; then what stood
+    /// Writes the file beside its target and renames it; `name` is the picture's heading. Fails where the disk says no; then what stood
     /// there still stands.
     pub fn write(&self, waves: &Waves, name: &str) -> Result<(), Error> {
         let bytes = match self.format {

@@ -93,7 +93,7 @@ pub fn choose(bench: &LadderBench<'_>, goal: Goal) -> Result<ChosenSetting, Erro
     let rest = rest_of_run(bench)?;
     let mut refusal = None;
     for share in REFERENCE_SHARES {
-        let reference = reference(bench, &bench.places(PILOT_FRAMES), finest, share);
+        let reference = reference(bench, &bench.picture_ids(PILOT_FRAMES), finest, share);
         let reference = reference.map_err(|error| refusal.take().unwrap_or(error))?;
         let sensing = sense_all(bench, &reference, &chains(&own), 3)?;
         let pictures = u64::from(bench.setup.frames) * u64::from(bench.cameras());
@@ -137,14 +137,14 @@ impl Pilot<'_> {
     fn time_again(&mut self) -> Result<(), Error> {
         let least_ms = self.least_time_ms();
         let near = |one: &Rendered| self.meets_with_any(one) && one.cost.work_ms <= NEARLY * least_ms;
-        let places: Vec<usize> = (0..self.rendered.len()).filter(|&place| near(&self.rendered[place])).collect();
-        if places.len() < 2 {
+        let indices: Vec<usize> = (0..self.rendered.len()).filter(|&at| near(&self.rendered[at])).collect();
+        if indices.len() < 2 {
             return Ok(());
         }
-        let settings: Vec<Setting> = places.iter().map(|&place| self.rendered[place].setting.clone()).collect();
+        let settings: Vec<Setting> = indices.iter().map(|&at| self.rendered[at].setting.clone()).collect();
         let again = render_all(self.bench, &self.reference, &settings, TIMED_AGAIN)?;
-        for (place, again) in places.into_iter().zip(again) {
-            self.rendered[place].cost = self.rendered[place].cost.best(again.cost);
+        for (at, again) in indices.into_iter().zip(again) {
+            self.rendered[at].cost = self.rendered[at].cost.best(again.cost);
         }
         Ok(())
     }

@@ -5,29 +5,29 @@
 
 use crate::num::{f64_from_usize, greater, lesser};
 
-/// Points by growing place; figures grow with it.
+/// Points by growing abscissa; figures grow with it.
 pub struct Curve {
-    /// Logarithms of place and figure.
+    /// Logarithms of abscissa and figure.
     points: Vec<[f64; 2]>,
 }
 
 /// Power that is taken for granted where one point alone stands: variance is in proportion to a tolerance.
 const POWER: f64 = 1.0;
-/// Beyond the points a place is looked for at most so far away, as a factor.
+/// Beyond the points a bound is looked for at most so far away, as a factor.
 const REACH: f64 = 4.0;
 /// Figures below this are as good as none.
 const LEAST: f64 = 1e-12;
 
 impl Curve {
-    /// Places and figures, both above 0; in any order.
+    /// Abscissas and figures, both above 0; in any order.
     pub fn new(points: impl Iterator<Item = (f64, f64)>) -> Self {
         let log = |value: f64| libm::log(greater(value, LEAST));
-        let mut points: Vec<[f64; 2]> = points.map(|(place, figure)| [log(place), log(figure)]).collect();
+        let mut points: Vec<[f64; 2]> = points.map(|(abscissa, figure)| [log(abscissa), log(figure)]).collect();
         points.sort_by(|a, b| a[0].total_cmp(&b[0]));
         Self { points }
     }
 
-    /// With figures that never fall as places grow: neighbours that do share their mean (pool adjacent violators, Ayer et al. 1955).
+    /// With figures that never fall as abscissas grow: neighbours that do share their mean (pool adjacent violators, Ayer et al. 1955).
     #[must_use]
     pub fn growing(mut self) -> Self {
         // Sum and number of each block of equal figures.
@@ -47,7 +47,7 @@ impl Curve {
         self
     }
 
-    /// The greatest place whose figure keeps a bound: between points as straight as possible, beyond them as far as a power of one
+    /// The greatest abscissa whose figure keeps a bound: between points as straight as possible, beyond them as far as a power of one
     /// leads, but no farther than a factor of four. None without points.
     pub fn reaches(&self, bound: f64) -> Option<f64> {
         let bound = libm::log(greater(bound, LEAST));
@@ -66,17 +66,17 @@ impl Curve {
         Some(libm::exp(here[0] + share * (next[0] - here[0])))
     }
 
-    /// The figure at a place; beyond the points it is that of the nearest, times this power of the way.
-    pub fn at(&self, place: f64, power: f64) -> f64 {
-        let place = libm::log(greater(place, LEAST));
+    /// The figure at an abscissa; beyond the points it is that of the nearest, times this power of the way.
+    pub fn at(&self, abscissa: f64, power: f64) -> f64 {
+        let abscissa = libm::log(greater(abscissa, LEAST));
         let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else { return f64::INFINITY };
-        let beyond = |point: &[f64; 2]| libm::exp(point[1] + power * (place - point[0]));
-        if place <= first[0] {
+        let beyond = |point: &[f64; 2]| libm::exp(point[1] + power * (abscissa - point[0]));
+        if abscissa <= first[0] {
             return beyond(first);
         }
-        let Some(next) = self.points.iter().position(|point| point[0] >= place) else { return beyond(last) };
+        let Some(next) = self.points.iter().position(|point| point[0] >= abscissa) else { return beyond(last) };
         let (here, next) = (self.points[next - 1], self.points[next]);
-        let share = (place - here[0]) / (next[0] - here[0]);
+        let share = (abscissa - here[0]) / (next[0] - here[0]);
         libm::exp(here[1] + share * (next[1] - here[1]))
     }
 }
@@ -90,9 +90,9 @@ mod tests {
     fn a_power_is_met_exactly_within_and_beyond_its_points() {
         let curve = Curve::new([(0.1, 0.3), (0.4, 1.2), (1.6, 4.8)].into_iter());
         for bound in [0.15, 0.3, 0.7, 2.0, 4.8, 9.0] {
-            let place = curve.reaches(bound).unwrap();
-            assert!((place * 3.0 / bound - 1.0).abs() < 1e-12, "{bound}: {place}");
-            assert!((curve.at(place, 1.0) / bound - 1.0).abs() < 1e-12);
+            let abscissa = curve.reaches(bound).unwrap();
+            assert!((abscissa * 3.0 / bound - 1.0).abs() < 1e-12, "{bound}: {abscissa}");
+            assert!((curve.at(abscissa, 1.0) / bound - 1.0).abs() < 1e-12);
         }
         assert!((curve.reaches(1e-9).unwrap() - 0.1 / 4.0).abs() < 1e-12, "no farther than a factor of four");
         assert!((curve.reaches(1e9).unwrap() - 1.6 * 4.0).abs() < 1e-12);

@@ -127,21 +127,21 @@ impl SharedFeatures {
     }
 }
 
-/// Matches features by place: of the same octave, within 1 px, each the other's nearest (the first of equally near ones).
+/// Matches features by position: of the same octave, within 1 px, each the other's nearest (the first of equally near ones).
 pub fn feature_f1(found: &[Feature], reference: &[Feature]) -> SharedFeatures {
     let nearest = |of: &Feature, among: &[Feature]| -> Option<usize> {
         let mut best: Option<(f64, usize)> = None;
-        for (place, other) in among.iter().enumerate().filter(|(_, other)| other.octave == of.octave) {
+        for (at, other) in among.iter().enumerate().filter(|(_, other)| other.octave == of.octave) {
             let (dx, dy) = (of.x_px() - other.x_px(), of.y_px() - other.y_px());
             let distance_px2 = dx * dx + dy * dy;
             if distance_px2 <= 1.0 && best.is_none_or(|(least, _)| distance_px2 < least) {
-                best = Some((distance_px2, place));
+                best = Some((distance_px2, at));
             }
         }
-        best.map(|(_, place)| place)
+        best.map(|(_, at)| at)
     };
-    let mutual = |(place, feature): &(usize, &Feature)| {
-        nearest(feature, reference).is_some_and(|other| nearest(&reference[other], found) == Some(*place))
+    let mutual = |(at, feature): &(usize, &Feature)| {
+        nearest(feature, reference).is_some_and(|other| nearest(&reference[other], found) == Some(*at))
     };
     SharedFeatures { matched: found.iter().enumerate().filter(mutual).count(), all: found.len() + reference.len() }
 }

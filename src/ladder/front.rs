@@ -2,21 +2,21 @@
 
 use crate::num::lesser;
 
-/// Times that differ by a smaller share are one time: measured again, such settings change places, and the errors, which are the same bits
+/// Times that differ by a smaller share are one time: measured again, such settings change order, and the errors, which are the same bits
 /// in every run, must say which of them stand on the front.
 const APART: f64 = 0.02;
 
-/// Places of the points on the front, from the fastest to the best: from the best error on, the next that is faster by more than times
+/// Indices of the points on the front, from the fastest to the best: from the best error on, the next that is faster by more than times
 /// differ by chance. Of points that are equal in both the first counts.
 pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..points.len()).collect();
     order.sort_by(|&a, &b| points[a].1.total_cmp(&points[b].1));
     let mut kept: Vec<usize> = Vec::new();
     for equal in order.chunk_by(|&a, &b| points[a].1 == points[b].1) {
-        let least = equal.iter().fold(f64::INFINITY, |least, &place| lesser(least, points[place].0));
-        let first = equal.iter().copied().find(|&place| points[place].0 <= least * (1.0 + APART));
+        let least = equal.iter().fold(f64::INFINITY, |least, &at| lesser(least, points[at].0));
+        let first = equal.iter().copied().find(|&at| points[at].0 <= least * (1.0 + APART));
         let slower = kept.last().map_or(f64::INFINITY, |&last| points[last].0);
-        kept.extend(first.filter(|&place| points[place].0 < slower * (1.0 - APART)));
+        kept.extend(first.filter(|&at| points[at].0 < slower * (1.0 - APART)));
     }
     kept.reverse();
     kept
@@ -40,11 +40,11 @@ mod tests {
             let points: Vec<(f64, f64)> =
                 (0..30).map(|_| (stream.random::<f64>(), error(stream.random::<f64>()))).collect();
             let found = front(&points);
-            for (place, point) in points.iter().enumerate() {
+            for (at, point) in points.iter().enumerate() {
                 let as_good = |&other: &usize| {
                     points[other].1 <= point.1 && points[other].0 <= point.0 * (1.0 + APART) / (1.0 - APART)
                 };
-                assert!(found.iter().any(as_good), "{place} of {points:?}");
+                assert!(found.iter().any(as_good), "{at} of {points:?}");
                 tried += 1;
             }
             let is_step = |pair: &[usize]| {

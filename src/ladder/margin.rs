@@ -33,7 +33,7 @@ fn student_95(frames: usize) -> f64 {
     let most = f64_from_usize(STUDENT_95.len());
     let freedom = lesser(greater(freedom, 1.0), most);
     let below = u32_truncated(lesser(freedom, most - 1.0));
-    let [from, to] = [below - 1, below].map(|place| STUDENT_95[index(place)]);
+    let [from, to] = [below - 1, below].map(|at| STUDENT_95[index(at)]);
     let below = f64::from(below);
     // 1 / below at 0, 1 / (below + 1) at 1.
     let way = (1.0 / below - 1.0 / freedom) * below * (below + 1.0);

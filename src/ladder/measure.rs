@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::fidelity::Rung;
 use crate::num::u32_from;
 use crate::report::ladder_record::LADDER_VERSION;
-use crate::run::probe::Place;
+use crate::run::probe::PictureId;
 use crate::run::{Assets, Progress, Setup};
 use crate::units::FrameIndex;
 
@@ -72,12 +72,12 @@ impl LadderBench<'_> {
     }
 
     /// The pictures that are judged: the middles of equal parts of the run.
-    pub fn places(&self, frames: u32) -> Vec<Place> {
+    pub fn picture_ids(&self, frames: u32) -> Vec<PictureId> {
         let (run, count) = (u64::from(self.setup.frames), u64::from(frames));
         let middle = |part: u64| u32::try_from((2 * part + 1) * run / (2 * count)).expect("a frame of the run");
         let mut all: Vec<u32> = (0..count).map(middle).collect();
         all.dedup();
-        all.into_iter().map(|frame| Place { frame: FrameIndex(frame), camera: 0 }).collect()
+        all.into_iter().map(|frame| PictureId { frame: FrameIndex(frame), camera: 0 }).collect()
     }
 
     /// What photons mean to the scenario's pixels.

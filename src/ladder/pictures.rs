@@ -104,15 +104,15 @@ pub fn render_until(
     let setup = bench.setup_of(setting)?;
     let mut order: Vec<usize> = (0..reference.judged.len()).collect();
     // The greatest steps first, as a ruler's marks are.
-    order.sort_by_key(|place| place.reverse_bits());
+    order.sort_by_key(|at| at.reverse_bits());
     let (mut errors, mut costs, mut rays_per_pixel) = (Vec::new(), Vec::new(), 0.0);
     loop {
-        let place = order[errors.len()];
-        let (seen, cost) = rendered_picture(bench, &setup, &reference.judged[place])?;
-        errors.push((place, seen.error));
+        let at = order[errors.len()];
+        let (seen, cost) = rendered_picture(bench, &setup, &reference.judged[at])?;
+        errors.push((at, seen.error));
         costs.push(cost);
         rays_per_pixel += seen.rays_per_pixel;
-        errors.sort_by_key(|(place, _)| *place);
+        errors.sort_by_key(|(at, _)| *at);
         let one = Rendered {
             setting: setting.clone(),
             photons: Vec::new(),
@@ -137,7 +137,7 @@ fn rendered_picture(
     setup: &Setup,
     judged: &Judged,
 ) -> Result<(RenderedPicture, MeasuredCost), Error> {
-    let (exposures, cost) = bench.clocks.time(|| setup.exposures_at(judged.place));
+    let (exposures, cost) = bench.clocks.time(|| setup.exposures_at(judged.id));
     let exposures = exposures?;
     let rays: u64 = exposures.iter().map(|exposure| exposure.rays).sum();
     let seen = RenderedPicture {
@@ -168,7 +168,7 @@ pub fn sense_all(
         for (number, (one, chain)) in all.iter().zip(&chains).enumerate() {
             for (picture, judged) in reference.judged.iter().enumerate() {
                 let photons: Vec<Plane<f32>> = judged.truths.iter().map(|truth| truth.photons.clone()).collect();
-                let (_, cost) = bench.clocks.time(|| one.setup.sense_at(chain, judged.place, &photons));
+                let (_, cost) = bench.clocks.time(|| one.setup.sense_at(chain, judged.id, &photons));
                 best[number][picture] = best[number][picture].best(cost);
             }
         }
@@ -186,7 +186,7 @@ fn effect_errors(bench: &LadderBench<'_>, reference: &Reference, setup: &Setup) 
     let mut all = Vec::with_capacity(reference.judged.len());
     for judged in &reference.judged {
         let photons = &judged.truths[0].photons;
-        let samples = setup.samples_at(&chain, judged.place, photons);
+        let samples = setup.samples_at(&chain, judged.id, photons);
         let mut squares = Squares::default();
         // Windows and binning make fewer samples than photons; then the picture's mean light stands for a pixel's.
         let same = photons.width_px() == judged.samples[0].signal_uv.len() && photons.height_px() == samples.len();
@@ -220,7 +220,7 @@ pub fn outcome(
     let (mut codes, mut features, mut events) = (CodeError::default(), SharedFeatures::default(), Events::default());
     let mut costs = Vec::new();
     for (photons, judged) in photons.iter().zip(&reference.judged) {
-        let sensed = sensing.setup.sense_at(&chain, judged.place, photons);
+        let sensed = sensing.setup.sense_at(&chain, judged.id, photons);
         codes.add(&sensed.codes, &judged.codes);
         let (found, cost) = bench.clocks.time(|| sensing.setup.features_at(&sensed.codes));
         let (found, more) = found?;

@@ -28,10 +28,10 @@ pub struct Poses {
 /// Runs every setting for the given number of frames, one entry each.
 pub fn poses_of(bench: &LadderBench<'_>, settings: &[Setting], frames: u32) -> Result<Vec<Poses>, Error> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
-    for (place, setting) in settings.iter().enumerate() {
+    for (at, setting) in settings.iter().enumerate() {
         match groups.iter_mut().find(|group| settings[group[0]].renders_as(setting)) {
-            Some(group) => group.push(place),
-            None => groups.push(vec![place]),
+            Some(group) => group.push(at),
+            None => groups.push(vec![at]),
         }
     }
     let mut all = vec![Poses::default(); settings.len()];
@@ -39,9 +39,9 @@ pub fn poses_of(bench: &LadderBench<'_>, settings: &[Setting], frames: u32) -> R
     for (done, group) in groups.iter().enumerate() {
         let start = f64_from_usize(done) / count;
         let told = |share: f64| bench.progress.at("poses", start + share / count);
-        let wanted: Vec<&Setting> = group.iter().map(|&place| &settings[place]).collect();
-        for (&place, poses) in group.iter().zip(run_together(bench, &wanted, frames, &told)?) {
-            all[place] = poses;
+        let wanted: Vec<&Setting> = group.iter().map(|&at| &settings[at]).collect();
+        for (&at, poses) in group.iter().zip(run_together(bench, &wanted, frames, &told)?) {
+            all[at] = poses;
         }
     }
     Ok(all)

@@ -13,7 +13,7 @@ use crate::fidelity::Rung;
 use crate::num::{f32_nearest, f64_from_u64, f64_from_usize, greater, u64_from};
 use crate::plane::Plane;
 use crate::run::Setup;
-use crate::run::probe::Place;
+use crate::run::probe::PictureId;
 use crate::scene::lit::BOUNCES_MAX;
 
 /// The share of the finest accuracy that the standard error of a ladder's reference may have.
@@ -25,7 +25,7 @@ const ROUNDS_MAX: u32 = 32;
 const ROUNDS_LEAST: u32 = 4;
 
 pub struct Judged {
-    pub place: Place,
+    pub id: PictureId,
     /// Photons of each slot.
     pub truths: Vec<PictureReference>,
     /// Samples of the first slot with all effects.
@@ -50,7 +50,7 @@ pub struct Reference {
 
 /// Renders the reference of some pictures and takes it through the sensor. Its standard error is at most this share of the finest
 /// accuracy. Fails on a standard error that stays too large, with the finest possible accuracy.
-pub fn reference(bench: &LadderBench<'_>, places: &[Place], finest: f64, share: f64) -> Result<Reference, Error> {
+pub fn reference(bench: &LadderBench<'_>, ids: &[PictureId], finest: f64, share: f64) -> Result<Reference, Error> {
     let own = Setting::of(&bench.setup.resolved.scenario);
     let tolerance = (finest * share) * (finest * share);
     let rays = if bench.has_rays() {
@@ -63,11 +63,11 @@ pub fn reference(bench: &LadderBench<'_>, places: &[Place], finest: f64, share: 
     let mut halves = Halves::default();
     let mut standard_error;
     loop {
-        halves.add_round(bench, &mut setup, places)?;
+        halves.add_round(bench, &mut setup, ids)?;
         let squares = halves.squares(bench);
         standard_error = squares.mean().sqrt();
         if standard_error <= share * finest || !bench.has_rays() {
-            return judged(bench, setting, &setup, places, halves, standard_error, squares.pixels);
+            return judged(bench, setting, &setup, ids, halves, standard_error, squares.pixels);
         }
         let ratio = standard_error / (share * finest);
         let foretold = f64::from(halves.rounds) * ratio * ratio;
@@ -94,15 +94,15 @@ struct Halves {
 
 impl Halves {
     /// One more render for each half of each picture.
-    fn add_round(&mut self, bench: &LadderBench<'_>, setup: &mut Setup, places: &[Place]) -> Result<(), Error> {
-        self.sums.resize_with(places.len(), Vec::new);
-        for (number, (sums, &place)) in self.sums.iter_mut().zip(places).enumerate() {
-            let share = f64_from_usize(number) / f64_from_usize(places.len());
+    fn add_round(&mut self, bench: &LadderBench<'_>, setup: &mut Setup, ids: &[PictureId]) -> Result<(), Error> {
+        self.sums.resize_with(ids.len(), Vec::new);
+        for (number, (sums, &id)) in self.sums.iter_mut().zip(ids).enumerate() {
+            let share = f64_from_usize(number) / f64_from_usize(ids.len());
             bench.progress.at("reference", share);
             for half in 0..2_u32 {
                 // Number 0 is the run's own render, which must not be its own judge.
                 setup.fidelity.render.repeat = 1 + 2 * self.rounds + half;
-                let (exposures, cost) = bench.clocks.time(|| setup.exposures_at(place));
+                let (exposures, cost) = bench.clocks.time(|| setup.exposures_at(id));
                 self.cost = self.cost.and(cost);
                 for (slot, exposure) in exposures?.iter().enumerate() {
                     if sums.len() == slot {
@@ -139,27 +139,27 @@ fn judged(
     bench: &LadderBench<'_>,
     setting: Setting,
     setup: &Setup,
-    places: &[Place],
+    ids: &[PictureId],
     halves: Halves,
     standard_error: f64,
     pixels: u64,
 ) -> Result<Reference, Error> {
     let chain = setup.first_chain();
-    let (mut judged, mut events) = (Vec::with_capacity(places.len()), Events::default());
-    let per_rig = f64::from(bench.cameras()) / f64_from_usize(places.len());
+    let (mut judged, mut events) = (Vec::with_capacity(ids.len()), Events::default());
+    let per_rig = f64::from(bench.cameras()) / f64_from_usize(ids.len());
     let mut costs = [halves.cost.times(per_rig), MeasuredCost::default(), MeasuredCost::default()];
-    for (slots, &place) in halves.sums.iter().zip(places) {
+    for (slots, &id) in halves.sums.iter().zip(ids) {
         let truths: Vec<PictureReference> = slots.iter().map(|sums| halves.truth(sums)).collect();
         let photons: Vec<Plane<f32>> = truths.iter().map(|truth| truth.photons.clone()).collect();
-        let (sensed, sensor) = bench.clocks.time(|| setup.sense_at(&chain, place, &photons));
+        let (sensed, sensor) = bench.clocks.time(|| setup.sense_at(&chain, id, &photons));
         let (found, compute) = bench.clocks.time(|| setup.features_at(&sensed.codes));
         let (features, more) = found?;
         events.merge(&sensed.events);
         events.merge(&more);
         costs[1] = costs[1].and(sensor.times(per_rig));
         costs[2] = costs[2].and(compute.times(per_rig));
-        let samples = setup.samples_at(&chain, place, &photons[0]);
-        judged.push(Judged { place, truths, samples, codes: sensed.codes, features });
+        let samples = setup.samples_at(&chain, id, &photons[0]);
+        judged.push(Judged { id, truths, samples, codes: sensed.codes, features });
     }
     let slots = u64_from(judged.iter().map(|one| one.truths.len()).sum::<usize>());
     let rays_per_pixel = f64_from_u64(halves.rays) / (bench.pixels() * f64_from_u64(slots));

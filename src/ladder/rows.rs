@@ -47,8 +47,8 @@ pub fn ladder(
     threads: u32,
 ) -> Result<LadderRecord, Error> {
     let own = Setting { rung: Rung::Sampled, ..Setting::of(&bench.setup.resolved.scenario) };
-    let places = bench.places(options.frames);
-    let reference = reference(bench, &places, options.finest, SHARE)?;
+    let ids = bench.picture_ids(options.frames);
+    let reference = reference(bench, &ids, options.finest, SHARE)?;
     let rendered = render_all(bench, &reference, &render_settings(bench, &own), options.repeats)?;
     // Sensors are quick: more turns cost little and bring the least time out of a busy machine.
     let sensing = sense_all(bench, &reference, &sensing_settings(&own), 3 * options.repeats)?;
@@ -56,8 +56,8 @@ pub fn ladder(
     let drafts = measured.drafts();
     let (wanted, poses) = measured.poses(&drafts)?;
     let poses_for = |setting: &Setting| {
-        let place = wanted.iter().position(|one| one == setting)?;
-        poses.get(place)
+        let at = wanted.iter().position(|one| one == setting)?;
+        poses.get(at)
     };
     let own_later = poses_for(&measured.own).map_or([MeasuredCost::default(); LATER_STAGES.len()], |poses| poses.later);
     let reference_row = measured.reference_row(own_later);
@@ -68,8 +68,8 @@ pub fn ladder(
     }
     let mut others = measured.other_rungs()?;
     others.iter_mut().for_each(|row| row.time_ratio = ratio(row.ms_per_frame, reference_ms));
-    let place = rows.iter().position(|row| row.knob != "reference" && row.knob != "rung").unwrap_or(rows.len());
-    rows.splice(place..place, others);
+    let at = rows.iter().position(|row| row.knob != "reference" && row.knob != "rung").unwrap_or(rows.len());
+    rows.splice(at..at, others);
     Ok(measured.record(name, threads, rows))
 }
 
@@ -196,10 +196,10 @@ impl LadderMeasurements<'_> {
                 (self.work_ms(one), if error < self.options.finest { 0.0 } else { error })
             })
             .collect();
-        let on_front = |place: usize| Draft {
+        let on_front = |at: usize| Draft {
             knob: "combination",
-            value: combined[place].words(),
-            setting: combined[place].clone(),
+            value: combined[at].words(),
+            setting: combined[at].clone(),
             on_front: true,
         };
         front(&points).into_iter().map(on_front).collect()
@@ -342,7 +342,7 @@ impl LadderMeasurements<'_> {
         let (mut codes, mut sensor) = (CodeError::default(), MeasuredCost::default());
         let pictures = f64_from_usize(rendered.photons.len());
         for (photons, judged) in rendered.photons.iter().zip(&self.reference.judged) {
-            let (expected, cost) = self.bench.clocks.time(|| setup.expected_at(&chain, judged.place, &photons[0]));
+            let (expected, cost) = self.bench.clocks.time(|| setup.expected_at(&chain, judged.id, &photons[0]));
             let mean = expected.mean_dn.map(|mean_dn| low_u16(u32_truncated_f32(mean_dn + 0.5)));
             codes.add(&mean, &judged.codes);
             sensor = sensor.and(cost.times(f64::from(self.bench.cameras()) / pictures));
@@ -365,7 +365,7 @@ impl LadderMeasurements<'_> {
             scenario: name.to_owned(),
             config_hash: setup.resolved.hash(),
             seed: setup.resolved.scenario.seed,
-            frames: reference.judged.iter().map(|one| one.place.frame.0).collect(),
+            frames: reference.judged.iter().map(|one| one.id.frame.0).collect(),
             pose_frames: frames_of(self.bench, self.options.pose_frames),
             cameras: self.bench.cameras(),
             threads,

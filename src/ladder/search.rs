@@ -1,6 +1,6 @@
 //! The pilot's search over settings: from measured effect chains it chooses renders to measure, most densely where the goal is just met.
 //!
-//! A knob is measured where a curve through its measured points meets the goal, until that place itself is measured. Frames are
+//! A knob is measured where a curve through its measured points meets the goal, until that point itself is measured. Frames are
 //! rendered in an order that is spread over the run, and stop when the rest cannot bring the setting to the goal.
 
 use super::choice::{Goal, Pilot};
@@ -13,7 +13,7 @@ use crate::scene::lit::BOUNCES_MAX;
 
 /// Settings along one knob at most: where some setting meets the goal, and before one does.
 const STEPS_MAX: [usize; 2] = [7, 16];
-/// Places closer than this are one: time goes as the root of a tolerance at most, so that less than 3 % is lost.
+/// Tolerances closer than this are one: time goes as the root of a tolerance at most, so that less than 3 % is lost.
 const CLOSE: f64 = 1.05;
 /// The share of the goal that is aimed at, so that rounding and a bend of the curve seldom cost another setting.
 const AIM: f64 = 0.99;
@@ -63,8 +63,8 @@ impl Pilot<'_> {
         all
     }
 
-    /// The place of a tolerance on its knob: what the goal bounds grows along it. Fine tolerances cost time.
-    fn place(&self, tolerance: f64) -> f64 {
+    /// The abscissa of a tolerance on its knob, its own inverse: what the goal bounds grows along it. Fine tolerances cost time.
+    fn abscissa(&self, tolerance: f64) -> f64 {
         match self.goal {
             Goal::Accuracy(_) => tolerance,
             Goal::Time(_) => 1.0 / tolerance,
@@ -89,7 +89,7 @@ impl Pilot<'_> {
             tolerance = unseen;
         }
         let met = self.family(reflections).filter(|(_, one)| self.meets(one, &self.sensing[0]));
-        let farthest = met.max_by(|a, b| self.place(a.0).total_cmp(&self.place(b.0)));
+        let farthest = met.max_by(|a, b| self.abscissa(a.0).total_cmp(&self.abscissa(b.0)));
         Ok(farthest.map(|(tolerance, _)| tolerance))
     }
 
@@ -100,14 +100,14 @@ impl Pilot<'_> {
 
     /// This tolerance, or where one close to it was measured and missed the goal, the next on the safe side of it.
     fn unseen(&self, reflections: u32, next: f64) -> Option<f64> {
-        let mut place = self.place(next);
+        let mut abscissa = self.abscissa(next);
         for _ in 0..STEPS_MAX[1] {
-            let tolerance = rounded(self.place(place));
+            let tolerance = rounded(self.abscissa(abscissa));
             if !self.family(reflections).any(|(measured, _)| is_close(measured, tolerance)) {
                 let [fine, coarse] = self.tolerances();
                 return (fine..=coarse).contains(&tolerance).then_some(tolerance);
             }
-            place /= CLOSE;
+            abscissa /= CLOSE;
         }
         None
     }
@@ -138,14 +138,14 @@ impl Pilot<'_> {
         };
         let raised = |value: f64| libm::pow(value, power);
         let of = |sensing| {
-            let points = || self.family(reflections).map(|(tolerance, one)| (self.place(tolerance), one));
+            let points = || self.family(reflections).map(|(tolerance, one)| (self.abscissa(tolerance), one));
             let bounded =
-                Curve::new(points().map(|(place, one)| (place, raised(self.bounded(one, sensing))))).growing();
-            let [fine, coarse] = self.tolerances().map(|end| self.place(end));
-            let place = bounded.reaches(raised(AIM * self.bound()))?;
-            let place = greater(lesser(fine, coarse), lesser(place, greater(fine, coarse)));
-            let ranks = Curve::new(points().map(|(place, one)| (place, self.rank(one, sensing))));
-            Some((self.place(place), ranks.at(place, RANK_POWER)))
+                Curve::new(points().map(|(abscissa, one)| (abscissa, raised(self.bounded(one, sensing))))).growing();
+            let [fine, coarse] = self.tolerances().map(|end| self.abscissa(end));
+            let abscissa = bounded.reaches(raised(AIM * self.bound()))?;
+            let abscissa = greater(lesser(fine, coarse), lesser(abscissa, greater(fine, coarse)));
+            let ranks = Curve::new(points().map(|(abscissa, one)| (abscissa, self.rank(one, sensing))));
+            Some((self.abscissa(abscissa), ranks.at(abscissa, RANK_POWER)))
         };
         self.sensing.iter().filter_map(of).min_by(|a, b| a.1.total_cmp(&b.1))
     }

@@ -8,7 +8,7 @@ use super::pictures::{Rendered, mean_square, render_all, render_until, sense_all
 use super::reference::{Reference, SHARE, reference};
 use crate::error::Error;
 use crate::num::f64_from_usize;
-use crate::run::probe::Place;
+use crate::run::probe::PictureId;
 use crate::units::FrameIndex;
 
 /// Error and time of a setting.
@@ -44,8 +44,9 @@ pub struct HeldOut<'a> {
 impl<'a> HeldOut<'a> {
     /// A reference of these frames for errors from `finest` on.
     pub fn new(bench: &'a LadderBench<'a>, frames: &[u32], finest: f64) -> Result<Self, Error> {
-        let places: Vec<Place> = frames.iter().map(|&frame| Place { frame: FrameIndex(frame), camera: 0 }).collect();
-        Ok(Self { bench, reference: reference(bench, &places, finest, SHARE)? })
+        let ids: Vec<PictureId> =
+            frames.iter().map(|&frame| PictureId { frame: FrameIndex(frame), camera: 0 }).collect();
+        Ok(Self { bench, reference: reference(bench, &ids, finest, SHARE)? })
     }
 
     /// Renders alone, timed this many times in turns.

@@ -49,9 +49,9 @@ pub(super) fn measured(bench: &LadderBench<'_>, reference: &Reference) -> Result
     let (clocked, rtl) = (chain_on(Rung::Clocked), chain_on(Rung::Rtl).in_verilog(Some(&simulator)));
     let photons = &judged.truths[0].photons;
     // The first row builds the simulator where it was not built before.
-    bench.setup.codes_at(&rtl, judged.place, photons, &rows[..1]);
-    let (in_rust, clocked_cost) = bench.clocks.time(|| bench.setup.codes_at(&clocked, judged.place, photons, &rows));
-    let (in_verilog, cost) = bench.clocks.time(|| bench.setup.codes_at(&rtl, judged.place, photons, &rows));
+    bench.setup.codes_at(&rtl, judged.id, photons, &rows[..1]);
+    let (in_rust, clocked_cost) = bench.clocks.time(|| bench.setup.codes_at(&clocked, judged.id, photons, &rows));
+    let (in_verilog, cost) = bench.clocks.time(|| bench.setup.codes_at(&rtl, judged.id, photons, &rows));
     simulator.check()?;
     let plane = |rows: Vec<Vec<u16>>| {
         let size = Size { width_px: u32_from(width), height_px: u32_from(rows.len()) };

@@ -2,8 +2,8 @@
 //! the row FIFO, and stalls.
 //!
 //! Clock 0 is the start of the frame-start packet's burst. That and the embedded line leave before the first row is read, so that the
-//! link is free for it: row i is read at `lead + i rows apart` if nothing stalls. A row takes a place of the FIFO when it is read and
-//! frees it with the last byte of its payload and checksum; a row that finds no free place stalls the readout and all later
+//! link is free for it: row i is read at `lead + i rows apart` if nothing stalls. A row takes a slot of the FIFO when it is read and
+//! frees it with the last byte of its payload and checksum; a row that finds no free slot stalls the readout and all later
 //! rows. Packets are sent in their order, each as soon as it is complete and the lanes are back in LP-11.
 
 use std::collections::VecDeque;
@@ -177,7 +177,7 @@ impl LinkParams {
             packets.iter().take_while(|packet| matches!(packet, PlannedPacket::FrameStart | PlannedPacket::Embedded));
         let lead = in_front.map(|&packet| self.burst_time(bytes(packet)).0).sum();
         let mut readout =
-            Readout { lead, period, places: index(self.fifo_rows), free_at: VecDeque::new(), flow: Flow::default() };
+            Readout { lead, period, slots: index(self.fifo_rows), free_at: VecDeque::new(), flow: Flow::default() };
         let mut link_free = 0;
         for &packet in packets {
             let there = match packet {
@@ -209,8 +209,8 @@ impl LinkParams {
 struct Readout {
     lead: u64,
     period: RowPeriod,
-    places: usize,
-    /// When the places of the rows that were sent become free, in their order; at most one entry a place.
+    slots: usize,
+    /// When the slots of the rows that were sent become free, in their order; at most one entry a slot.
     free_at: VecDeque<u64>,
     flow: Flow,
 }
@@ -224,7 +224,7 @@ impl Readout {
         let due = self.lead + self.period.clocks(row.into()).0 + self.flow.stalled.0;
         // Rows before this one that were in the FIFO and have all been sent by now are as many as there are entries.
         let mut read = due;
-        while self.free_at.len() >= self.places || self.free_at.front().is_some_and(|&free| free <= due) {
+        while self.free_at.len() >= self.slots || self.free_at.front().is_some_and(|&free| free <= due) {
             read = read.max(self.free_at.pop_front().expect("checked above"));
         }
         self.flow.stalled.0 += read - due;

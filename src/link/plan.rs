@@ -149,8 +149,8 @@ pub fn by_row(rows: impl Iterator<Item = u32>, height_px: u32) -> Vec<Batch> {
 /// So many features spread evenly over the cell rows of a picture, for figures without a picture.
 pub fn evenly(features: u32, cell_px: u32, margin_px: u32, height_px: u32) -> Vec<Batch> {
     let row = |feature: u32| {
-        let place = u64::from(feature) * u64::from(height_px) / u64::from(features.max(1));
-        u32::try_from(place).expect("below the height")
+        let at = u64::from(feature) * u64::from(height_px) / u64::from(features.max(1));
+        u32::try_from(at).expect("below the height")
     };
     by_cell_row((0..features).map(row), cell_px, margin_px, height_px)
 }

@@ -1,7 +1,7 @@
 //! The host's end of the link. Decodes bytes that may be damaged into frames, and counts the errors.
 //!
 //! No length is trusted before its header's ECC holds and the bytes are there. After a header that cannot be corrected the
-//! next packet is found by the first place whose header holds exactly and whose payload's CRC holds too, or which ends the
+//! next packet is found by the first offset whose header holds exactly and whose payload's CRC holds too, or which ends the
 //! open frame or starts one after it; a real receiver has the lane's own start of transmission for that.
 
 mod decoded;

@@ -60,7 +60,7 @@ pub(crate) fn parse(payload: &[u8]) -> Option<FeatureRecords> {
         return None;
     }
     let count = usize::from(reader.u16()?);
-    let (frame, place) = (FrameIndex(reader.u32()?), reader.u32()?);
+    let (frame, first_and_flag) = (FrameIndex(reader.u32()?), reader.u32()?);
     if reader.0.len() != count * FEATURE_BYTES {
         return None;
     }
@@ -71,7 +71,7 @@ pub(crate) fn parse(payload: &[u8]) -> Option<FeatureRecords> {
         Some(Feature { x, y, score, angle: Turns::from_bits(angle), octave, descriptor: reader.take()? })
     };
     let features = (0..count).map(one).collect::<Option<_>>()?;
-    Some(FeatureRecords { frame, first: place & !IS_LAST, last: place & IS_LAST != 0, features })
+    Some(FeatureRecords { frame, first: first_and_flag & !IS_LAST, last: first_and_flag & IS_LAST != 0, features })
 }
 
 /// Takes numbers off the front of a payload; nothing where it ends too soon.

@@ -50,7 +50,7 @@ impl Aperture {
 /// A camera of a rig.
 #[derive(Clone, Debug)]
 pub struct Camera {
-    /// Mapping between bearings and places.
+    /// Mapping between bearings and pixel positions.
     pub lens: Lens,
     /// Pixels.
     pub size: Size,

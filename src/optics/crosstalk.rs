@@ -28,12 +28,12 @@ pub fn shared_out(plane: &Plane<f32>, share: f64) -> Plane<f32> {
     shared
 }
 
-/// The place before, or the one after the first. A line of one value is its own neighbour.
+/// The index before, or the one after the first. A line of one value is its own neighbour.
 fn before(at: usize, length: usize) -> usize {
     if at > 0 { at - 1 } else { 1.min(length - 1) }
 }
 
-/// The place after, or the one before the last.
+/// The index after, or the one before the last.
 fn after(at: usize, length: usize) -> usize {
     if at + 1 < length { at + 1 } else { length.max(2) - 2 }
 }

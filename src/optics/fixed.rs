@@ -17,7 +17,7 @@ type Kept = ([u8; 32], Arc<Exposure>);
 pub struct FixedPictures(Mutex<Vec<Kept>>);
 
 impl FixedPictures {
-    /// The picture of a still camera at one place, which `render` makes where it is not known. What it shows depends on nothing else, so
+    /// The picture of a still camera in one pose, which `render` makes where it is not known. What it shows depends on nothing else, so
     /// neither the order of calls nor what is forgotten changes a result.
     pub fn of(
         &self,

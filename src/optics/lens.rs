@@ -1,10 +1,10 @@
-//! Lens mappings: from a bearing in the camera's frame to a place on the picture, and back.
+//! Lens mappings: from a bearing in the camera's frame to a position in the picture, and back.
 //!
 //! The camera looks along +z, x to the right, y down; pixel centres are integers (the top left pixel's centre is (0, 0)).
-//! Converts points of the camera's frame in metres to places in pixels, and places to unit bearings. Knows no scene and no pixel
+//! Converts points of the camera's frame in metres to positions in pixels, and positions to unit bearings. Knows no scene and no pixel
 //! values, and does not clip to the picture.
 //!
-//! A mapping takes a bearing to a place of a plane whose unit is the focal length; intrinsics take that to pixels. Each mapping is
+//! A mapping takes a bearing to a point of a plane whose unit is the focal length; intrinsics take that to pixels. Each mapping is
 //! one to one on a cone around the axis, [`Lens::field_angle_max_rad`] wide on every side, and is refused beyond it.
 
 mod double_sphere;
@@ -93,25 +93,25 @@ impl Mapping {
     }
 
     /// [`Mapping::project`] without the derivative, to the same bits.
-    fn place(&self, point: DVec3) -> Option<DVec2> {
+    fn project_point(&self, point: DVec3) -> Option<DVec2> {
         match self {
-            Self::Pinhole => Radtan::default().place(point),
-            Self::Radtan(radtan) => radtan.place(point),
+            Self::Pinhole => Radtan::default().project_point(point),
+            Self::Radtan(radtan) => radtan.project_point(point),
             Self::Kb4(_) | Self::DoubleSphere(_) | Self::Eucm(_) | Self::Table(_) => {
-                self.project(point, [1.0; 2]).map(|(place, _)| place)
+                self.project(point, [1.0; 2]).map(|(projected, _)| projected)
             }
         }
     }
 
-    /// The unit bearing that meets the plane at a place; none where no bearing of the domain does.
-    fn unproject(&self, place: DVec2) -> Option<DVec3> {
+    /// The unit bearing that meets the plane at a point; none where no bearing of the domain does.
+    fn unproject(&self, point: DVec2) -> Option<DVec3> {
         match self {
-            Self::Pinhole => Radtan::default().unproject(place),
-            Self::Radtan(radtan) => radtan.unproject(place),
-            Self::Kb4(kb4) => radial::unproject(kb4, place),
-            Self::DoubleSphere(spheres) => spheres.unproject(place),
-            Self::Eucm(eucm) => eucm.unproject(place),
-            Self::Table(table) => radial::unproject(table, place),
+            Self::Pinhole => Radtan::default().unproject(point),
+            Self::Radtan(radtan) => radtan.unproject(point),
+            Self::Kb4(kb4) => radial::unproject(kb4, point),
+            Self::DoubleSphere(spheres) => spheres.unproject(point),
+            Self::Eucm(eucm) => eucm.unproject(point),
+            Self::Table(table) => radial::unproject(table, point),
         }
     }
 
@@ -164,7 +164,7 @@ impl Lens {
         (edge.x > 0.0 && edge.x.is_finite()).then_some(lens)
     }
 
-    /// The same lens over a picture whose first pixel lies at a place of this one's, and whose pixels are `step_px` of this one's wide.
+    /// The same lens over a picture whose first pixel lies at a position in this one's, and whose pixels are `step_px` of this one's wide.
     #[must_use]
     pub fn of_part(&self, first_px: DVec2, step_px: f64) -> Self {
         let Intrinsics { fx_px, fy_px, cx_px, cy_px } = self.intrinsics;
@@ -199,28 +199,28 @@ impl Lens {
     /// None for points outside the mapping's domain: for pinhole and radtan at or behind the camera's plane, for all beyond the angle
     /// where the mapping folds over and would show what a real lens never does.
     pub fn project(&self, point_in_camera: DVec3) -> Option<DVec2> {
-        self.to_picture(self.mapping.place(point_in_camera)?)
+        self.to_picture(self.mapping.project_point(point_in_camera)?)
     }
 
     /// [`Lens::project`] with its derivative by the point, in px per metre.
     pub fn project_with_jacobian(&self, point_in_camera: DVec3) -> Option<(DVec2, ProjectionJacobian)> {
-        let (place, jacobian) =
+        let (point, jacobian) =
             self.mapping.project(point_in_camera, [self.intrinsics.fx_px, self.intrinsics.fy_px])?;
-        Some((self.to_picture(place)?, jacobian))
+        Some((self.to_picture(point)?, jacobian))
     }
 
-    /// The unit bearing in the camera's frame that lands on a place of the picture (or outside it). None where no bearing
+    /// The unit bearing in the camera's frame that lands on a position in the picture (or outside it). None where no bearing
     /// of the domain does.
     pub fn unproject(&self, position_px: DVec2) -> Option<DVec3> {
         let Intrinsics { fx_px, fy_px, cx_px, cy_px } = self.intrinsics;
-        let place = DVec2::new((position_px.x - cx_px) / fx_px, (position_px.y - cy_px) / fy_px);
-        if !place.is_finite() {
+        let point = DVec2::new((position_px.x - cx_px) / fx_px, (position_px.y - cy_px) / fy_px);
+        if !point.is_finite() {
             return None;
         }
-        self.mapping.unproject(place)
+        self.mapping.unproject(point)
     }
 
-    /// [`Lens::unproject`] with its derivative by the place, per px. None also on the rim where the mapping folds and a bearing has no
+    /// [`Lens::unproject`] with its derivative by the position, per px. None also on the rim where the mapping folds and a bearing has no
     /// finite derivative.
     ///
     /// A projection does not change along its ray, so its Jacobian J at the unit bearing maps the plane across the bearing to the
@@ -242,9 +242,9 @@ impl Lens {
         Some(1.0 / DVec3::from_array(a).cross(DVec3::from_array(b)).length())
     }
 
-    fn to_picture(self, place: DVec2) -> Option<DVec2> {
+    fn to_picture(self, point: DVec2) -> Option<DVec2> {
         let Intrinsics { fx_px, fy_px, cx_px, cy_px } = self.intrinsics;
-        let position_px = DVec2::new(fx_px * place.x + cx_px, fy_px * place.y + cy_px);
+        let position_px = DVec2::new(fx_px * point.x + cx_px, fy_px * point.y + cy_px);
         position_px.is_finite().then_some(position_px)
     }
 }

@@ -20,10 +20,10 @@ pub struct Parabola {
 
 fn numbers(pose: &Pose) -> [f64; NUMBERS] {
     let matrix = DMat3::from_quat(pose.rotation).to_cols_array();
-    let place = pose.translation_m;
+    let translation_m = pose.translation_m;
     let mut numbers = [0.0; NUMBERS];
     numbers[..9].copy_from_slice(&matrix);
-    numbers[9..].copy_from_slice(&[place.x, place.y, place.z]);
+    numbers[9..].copy_from_slice(&[translation_m.x, translation_m.y, translation_m.z]);
     numbers
 }
 

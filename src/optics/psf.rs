@@ -104,8 +104,8 @@ impl BlurKernel {
         let (side, count) = (2 * radius + 1, radius + 1);
         let frequency = |at: usize| f64_from_usize(at) / f64_from_usize(side);
         // A whole plane is even: each frequency but 0 counts twice.
-        let cosine = |at: usize, place: usize| {
-            let turns = frequency(at * place % side);
+        let cosine = |at: usize, position: usize| {
+            let turns = frequency(at * position % side);
             libm::cos(TAU * turns) * if at == 0 { 1.0 } else { 2.0 } / f64_from_usize(side)
         };
         let cosines: Vec<f64> = (0..count * count).map(|n| cosine(n / count, n % count)).collect();
@@ -214,7 +214,7 @@ impl BlurKernel {
     }
 }
 
-/// A place in a row of values that continues as its mirror image: `at` is the place plus `length` times `reach`.
+/// An index into a row of values that continues as its mirror image: `at` is the index plus `length` times `reach`.
 fn mirrored(at: usize, length: usize, reach: usize) -> usize {
     // Whole periods of two lengths lie before the first value, or one length less.
     let at = (at + length * (reach % 2)) % (2 * length);
@@ -243,18 +243,18 @@ mod tests {
     }
 
     #[test]
-    fn mirrored_places_go_back_and_forth() {
+    fn mirrored_indices_go_back_and_forth() {
         for (length, reach) in [(5, 3), (5, 4), (3, 8), (1, 4)] {
             let line: Vec<usize> =
                 (0..length + 2 * reach).map(|at| mirrored(at + length * reach - reach, length, reach)).collect();
-            for (at, &place) in line.iter().enumerate() {
+            for (at, &mirrored_at) in line.iter().enumerate() {
                 // Walked by hand from the middle: a step outwards, turning at the ends with the end counted twice.
                 let mut expected = i64::try_from(at).unwrap() - i64::try_from(reach).unwrap();
                 let last = i64::try_from(length).unwrap() - 1;
                 while expected < 0 || expected > last {
                     expected = if expected < 0 { -1 - expected } else { 2 * last + 1 - expected };
                 }
-                assert_eq!(i64::try_from(place).unwrap(), expected, "{length} {reach} {at}");
+                assert_eq!(i64::try_from(mirrored_at).unwrap(), expected, "{length} {reach} {at}");
             }
         }
     }

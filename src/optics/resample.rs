@@ -36,7 +36,7 @@ fn lens_of(camera: &PictureCamera, size: Size) -> Lens {
     lens
 }
 
-/// Whether the pictures' camera sees one direction at each place of its pictures. Fails on a focal length or principal point that is not
+/// Whether the pictures' camera sees one direction at each position in its pictures. Fails on a focal length or principal point that is not
 /// finite; distortion that folds a picture over, by the key.
 pub fn check(stream: &ImageStream) -> Result<(), Error> {
     let lens = lens_of(&stream.params.camera, stream.size());
@@ -65,13 +65,13 @@ impl<'a> CameraPixels<'a> {
         Self { camera, lens: lens_of(&stream.params.camera, stream.size()), size: stream.size() }
     }
 
-    fn place(&self, bearing: [f32; 3]) -> Option<DVec2> {
+    fn project(&self, bearing: [f32; 3]) -> Option<DVec2> {
         let position_px = self.lens.project(DVec3::from_array(bearing.map(f64::from)))?;
         Some(position_px + 0.5)
     }
 
     /// Top left, top right, bottom left, bottom right of each pixel of a row, with the share of light that roll-off leaves it; none where
-    /// either lens has no place.
+    /// either lens has no position for a corner.
     fn quads(&self, y_px: usize) -> Vec<Option<(Quad, f64)>> {
         let mut right: [Option<DVec2>; 2] = [None; 2];
         let mut after = usize::MAX;
@@ -79,8 +79,8 @@ impl<'a> CameraPixels<'a> {
             .map(|x_px| {
                 let corners = self.camera.corners(x_px, y_px)?;
                 // The right edge of the pixel before is the left one of this.
-                let left = if after == x_px { right } else { [self.place(corners[0]), self.place(corners[2])] };
-                right = [self.place(corners[1]), self.place(corners[3])];
+                let left = if after == x_px { right } else { [self.project(corners[0]), self.project(corners[2])] };
+                right = [self.project(corners[1]), self.project(corners[3])];
                 after = x_px + 1;
                 let quad = [left[0]?, right[0]?, left[1]?, right[1]?];
                 Some((quad, self.roll_off(&corners)))
@@ -231,8 +231,8 @@ pub fn depth(stream: &ImageStream, camera: &Camera, t_s: f64) -> Result<Option<P
                 && at.x < f64::from(view.size.width_px)
                 && at.y < f64::from(view.size.height_px);
             if inside {
-                let place = [at.x, at.y].map(|place| index(crate::num::u32_truncated(place)));
-                plane.row_mut(row)[x_px] = source.at(place[0], place[1]);
+                let pixel = [at.x, at.y].map(|position_px| index(crate::num::u32_truncated(position_px)));
+                plane.row_mut(row)[x_px] = source.at(pixel[0], pixel[1]);
             }
         }
     }

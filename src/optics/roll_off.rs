@@ -110,7 +110,7 @@ impl Shading {
             }
             Law::Even => 1.0,
             Law::Steps(shares) => {
-                let (from, beyond) = place(cos);
+                let (from, beyond) = stretch_of(cos);
                 shares[from] + (shares[from + 1] - shares[from]) * beyond
             }
         }
@@ -122,7 +122,7 @@ impl Shading {
         let mut bounds = [lesser(ends[0], ends[1]), greater(ends[0], ends[1])];
         // The laws are monotone; a table is a line between its steps.
         if let Law::Steps(shares) = &self.law {
-            for &share in &shares[place(least).0 + 1..=place(most).0] {
+            for &share in &shares[stretch_of(least).0 + 1..=stretch_of(most).0] {
                 bounds = [lesser(bounds[0], share.into()), greater(bounds[1], share.into())];
             }
         }
@@ -132,7 +132,7 @@ impl Shading {
 
 /// Stretch of a cosine, and how far into it.
 #[inline(always)]
-fn place(cos: f32) -> (usize, f32) {
+fn stretch_of(cos: f32) -> (usize, f32) {
     let at = (cos + 1.0) * 2048.0;
     let at = if at > 0.0 { at } else { 0.0 };
     let from = index(u32_truncated_f32(at)).min(STRETCHES - 1);

@@ -198,8 +198,8 @@ mod tests {
 
     fn plane(width_px: u32, height_px: u32, value: impl Fn(u32, u32) -> f32) -> Plane<f32> {
         let size = Size { width_px, height_px };
-        let places = (0..height_px).flat_map(|y| (0..width_px).map(move |x| (x, y)));
-        Plane::from_values(size, places.map(|(x, y)| value(x, y)).collect())
+        let positions = (0..height_px).flat_map(|y| (0..width_px).map(move |x| (x, y)));
+        Plane::from_values(size, positions.map(|(x, y)| value(x, y)).collect())
     }
 
     /// A night scene: dim pixels and lamps far beyond the well.

@@ -1,17 +1,17 @@
 //! Dead pixels. Sets the mean photoelectrons to 0 where the die's pixel sees no light.
 //!
-//! Model: at places of the die the photodiode is not connected: no photoelectron arrives, dark charge and noise stay.
+//! Model: in some pixels of the die the photodiode is not connected: no photoelectron arrives, dark charge and noise stay.
 
+use super::defect_sites::DefectSites;
 use super::die::Die;
 use super::params::PixelParams;
-use super::places::Places;
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 
 /// Pixels that see no light.
 pub struct DeadPixels {
-    places: Places,
+    defects: DefectSites,
     prnu: f64,
 }
 
@@ -20,13 +20,13 @@ impl DeadPixels {
 
     /// `None` where no pixel is dead.
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {
-        dead_places(params).map(|places| Box::new(Self { places, prnu: params.prnu }) as Box<dyn Effect>)
+        dead_sites(params).map(|defects| Box::new(Self { defects, prnu: params.prnu }) as Box<dyn Effect>)
     }
 }
 
 /// Where the dead pixels of these parameters are.
-pub(super) fn dead_places(params: &PixelParams) -> Option<Places> {
-    Places::new(DeadPixels::NUMBER, params.dead_ppm, params.defect_cluster_share)
+pub(super) fn dead_sites(params: &PixelParams) -> Option<DefectSites> {
+    DefectSites::new(DeadPixels::NUMBER, params.dead_ppm, params.defect_cluster_share)
 }
 
 impl Effect for DeadPixels {
@@ -45,7 +45,7 @@ impl Effect for DeadPixels {
     }
 
     fn apply(&self, row: &mut RowPass<'_>) {
-        let sites = self.places.sites(Die::of(row), row.place.row, row.uniforms);
+        let sites = self.defects.sites(Die::of(row), row.address.row, row.uniforms);
         row.only(sites.len());
         for site in sites.iter() {
             row.values[site.column] = 0.0;

@@ -5,9 +5,9 @@
 //! tail of measured dark-current histograms is exponential: Virmontois et al., IEEE Trans. Nucl. Sci. 57, 2010).
 
 use super::dark_rates::DarkRates;
+use super::defect_sites::DefectSites;
 use super::die::{Die, EXPONENTIAL_MAX, dark_factor, exponential};
 use super::params::PixelParams;
-use super::places::Places;
 use crate::draw::{EffectNumber, fill_uniforms, poisson_quantile};
 use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
@@ -17,7 +17,7 @@ use crate::units::{RowIndex, Size};
 /// Pixels with additional dark current.
 pub struct HotPixels {
     rates: DarkRates,
-    places: Places,
+    defects: DefectSites,
 }
 
 impl HotPixels {
@@ -26,14 +26,14 @@ impl HotPixels {
     /// `None` where no pixel is hot.
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {
         let rates = DarkRates::of(params);
-        let places = hot_places(params)?;
-        (rates.hot_e_per_s > 0.0).then(|| Box::new(Self { rates, places }) as Box<dyn Effect>)
+        let defects = hot_sites(params)?;
+        (rates.hot_e_per_s > 0.0).then(|| Box::new(Self { rates, defects }) as Box<dyn Effect>)
     }
 }
 
 /// Where the hot pixels of these parameters are.
-pub(super) fn hot_places(params: &PixelParams) -> Option<Places> {
-    Places::new(HotPixels::NUMBER, params.hot_ppm, params.defect_cluster_share)
+pub(super) fn hot_sites(params: &PixelParams) -> Option<DefectSites> {
+    DefectSites::new(HotPixels::NUMBER, params.hot_ppm, params.defect_cluster_share)
 }
 
 /// Arrays of more pixels than this are not searched for their hottest: that would take longer than all the rest of the plan.
@@ -41,12 +41,12 @@ const SEARCHED_PX_MAX: usize = 1 << 19;
 
 /// Dark current of a die's hottest pixel over the mean of hot pixels: 0 where none is hot; of large arrays what a draw can give.
 pub(super) fn hottest(params: &PixelParams, die: Die, array: Size) -> f64 {
-    let Some(places) = hot_places(params) else { return 0.0 };
+    let Some(defects) = hot_sites(params) else { return 0.0 };
     if array.pixel_count() > SEARCHED_PX_MAX {
         return EXPONENTIAL_MAX;
     }
     let mut uniforms = vec![0; index(array.width_px)];
-    let of_row = |row| places.sites(die, RowIndex(row), &mut uniforms).iter().map(|site| site.uniform).min();
+    let of_row = |row| defects.sites(die, RowIndex(row), &mut uniforms).iter().map(|site| site.uniform).min();
     (0..array.height_px).filter_map(of_row).min().map_or(0.0, exponential)
 }
 
@@ -68,7 +68,7 @@ impl Effect for HotPixels {
 
     fn apply(&self, row: &mut RowPass<'_>) {
         let die = Die::of(row);
-        let sites = self.places.sites(die, row.place.row, row.uniforms);
+        let sites = self.defects.sites(die, row.address.row, row.uniforms);
         row.only(sites.len());
         if sites.is_empty() {
             return;

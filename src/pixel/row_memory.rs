@@ -45,7 +45,7 @@ impl<T: Clone> RowMemory<T> {
             Err(end) => end,
         };
         let row = make();
-        // An empty row still takes a place in its list.
+        // An empty row still takes an entry in its list.
         let size = row.len() + 1;
         if self.values.fetch_add(size, Ordering::Relaxed) + size > KEPT_VALUES_MAX {
             self.values.fetch_sub(size, Ordering::Relaxed);

@@ -60,7 +60,7 @@ impl RtsNoise {
     }
 
     fn traps(&self, row: &mut RowPass<'_>) -> Cow<'_, [Trap]> {
-        let key = Die::of(row).key(Self::NUMBER, row.place.row);
+        let key = Die::of(row).key(Self::NUMBER, row.address.row);
         let uniforms = &mut *row.uniforms;
         self.traps.row(key, uniforms.len(), || {
             fill_uniforms(key.with(PIXELS), uniforms);

@@ -2,16 +2,16 @@
 //!
 //! Model: at some pixels of the die the signal sample is at the bottom or the top of the range, half of them each, in any light.
 
+use super::defect_sites::{DefectSites, Site};
 use super::die::Die;
 use super::params::PixelParams;
-use super::places::{Places, Site};
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 
 /// Pixels whose signal does not move.
 pub struct StuckPixels {
-    places: Places,
+    defects: DefectSites,
 }
 
 /// A kilovolt: the widest ramp spans 10 V, so no gain or noise after this brings a stuck pixel back into range.
@@ -22,13 +22,13 @@ impl StuckPixels {
 
     /// `None` where no pixel is stuck.
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {
-        stuck_places(params).map(|places| Box::new(Self { places }) as Box<dyn Effect>)
+        stuck_sites(params).map(|defects| Box::new(Self { defects }) as Box<dyn Effect>)
     }
 }
 
 /// Where the stuck pixels of these parameters are.
-pub(super) fn stuck_places(params: &PixelParams) -> Option<Places> {
-    Places::new(StuckPixels::NUMBER, params.stuck_ppm, params.defect_cluster_share)
+pub(super) fn stuck_sites(params: &PixelParams) -> Option<DefectSites> {
+    DefectSites::new(StuckPixels::NUMBER, params.stuck_ppm, params.defect_cluster_share)
 }
 
 /// Whether a stuck pixel is at the top of the range.
@@ -51,7 +51,7 @@ impl Effect for StuckPixels {
     }
 
     fn apply(&self, row: &mut RowPass<'_>) {
-        let sites = self.places.sites(Die::of(row), row.place.row, row.uniforms);
+        let sites = self.defects.sites(Die::of(row), row.address.row, row.uniforms);
         row.only(sites.len());
         for &site in sites.iter() {
             row.values[site.column] = if is_high(site) { FAR_UV } else { -FAR_UV };

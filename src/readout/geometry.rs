@@ -1,7 +1,7 @@
 //! Which pixels of the array become which pixels of the picture. Computes the output size, and the array rows and columns behind every
 //! output row and column.
 //!
-//! Rows are read from top to bottom. A binned picture takes pixels of one place in the colour mosaic: with a period of p and a
+//! Rows are read from top to bottom. A binned picture takes pixels of one position in the colour mosaic: with a period of p and a
 //! binning of n, output row `R = b p + q` is made of the array rows `b n p + q + k p`, k = 0 to n - 1.
 
 use super::params::ReadoutParams;
@@ -108,16 +108,16 @@ impl Geometry {
         self.members(column, self.window.x_px)
     }
 
-    /// The output row that an array row goes into, and its place among that row's array rows; none where it is not read.
+    /// The output row that an array row goes into, and its index among that row's array rows; none where it is not read.
     pub fn output_row(&self, array_row: RowIndex) -> Option<(RowIndex, u32)> {
         let inside = array_row.0.checked_sub(self.window.y_px).filter(|inside| *inside < self.window.height_px)?;
         let (period, group) = (self.mosaic_px, self.binning * self.mosaic_px);
         let (block, within) = (inside / group, inside % group);
-        let place = within / period;
-        if self.mode == BinningMode::Skip && place > 0 {
+        let at = within / period;
+        if self.mode == BinningMode::Skip && at > 0 {
             return None;
         }
-        Some((RowIndex(block * period + within % period), place))
+        Some((RowIndex(block * period + within % period), at))
     }
 
     /// The line, counted from the first of its exposure, in which an array row is read; none where it is not read.
@@ -133,7 +133,7 @@ impl Geometry {
         let period = self.mosaic_px;
         let start = first + output / period * period * self.binning + output % period;
         let count = if self.mode == BinningMode::Skip { 1 } else { self.binning };
-        (0..count).map(move |place| start + place * period)
+        (0..count).map(move |at| start + at * period)
     }
 }
 
@@ -184,8 +184,8 @@ mod tests {
                 let geometry = Geometry::new(ARRAY, &params).unwrap();
                 let mut seen = [0; 48];
                 for row in (0..geometry.output_size().height_px).map(RowIndex) {
-                    for (place, array_row) in geometry.rows_of(row).enumerate() {
-                        assert_eq!(geometry.output_row(array_row), Some((row, u32::try_from(place).unwrap())));
+                    for (at, array_row) in geometry.rows_of(row).enumerate() {
+                        assert_eq!(geometry.output_row(array_row), Some((row, u32::try_from(at).unwrap())));
                         assert_eq!(array_row.0 % mosaic_px, (24 + row.0 % mosaic_px) % mosaic_px, "one colour");
                         seen[crate::num::index(array_row.0)] += 1;
                         tried += 1;

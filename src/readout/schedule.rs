@@ -63,7 +63,7 @@ impl Schedule {
     }
 
     /// The same readout with another exposure: what registers say that were written while it ran. Lines are those of the longest
-    /// slot; frames keep their length and place. Fails on fewer lines than the sensor's least, or more than its frame holds.
+    /// slot; frames keep their length and start. Fails on fewer lines than the sensor's least, or more than its frame holds.
     pub fn with_exposure(&self, lines: u64, fine_clk: u32) -> Result<Self, Error> {
         let changed = slots(lines, &self.params);
         let demand = frame_demand(&changed, self.geometry.reads(), fine_clk, &self.params).lines();

@@ -167,8 +167,8 @@ impl Blocks {
     fn new(values: &[f64], block: usize) -> Self {
         // Sums of deviations from the first value: a constant series resamples to itself exactly.
         let mut sums = vec![0.0; values.len() + 1];
-        for (place, value) in values.iter().enumerate() {
-            sums[place + 1] = sums[place] + (value - values[0]);
+        for (at, value) in values.iter().enumerate() {
+            sums[at + 1] = sums[at] + (value - values[0]);
         }
         sums.push(values[0]);
         Self { sums, block }
@@ -178,13 +178,13 @@ impl Blocks {
     fn mean(&self, key: DrawKey) -> f64 {
         let values = self.sums.len() - 2;
         let starts = u64_from(values - self.block + 1);
-        let (mut sum, mut left, mut place) = (0.0, values, 0);
+        let (mut sum, mut left, mut number) = (0.0, values, 0);
         while left > 0 {
             // Multiply-shift; its bias of starts / 2^32 does not matter.
-            let start = index(low_u32((u64::from(low_u32(key.with(place).0 >> 32)) * starts) >> 32));
+            let start = index(low_u32((u64::from(low_u32(key.with(number).0 >> 32)) * starts) >> 32));
             let length = self.block.min(left);
             sum += self.sums[start + length] - self.sums[start];
-            (left, place) = (left - length, place + 1);
+            (left, number) = (left - length, number + 1);
         }
         self.sums[values + 1] + sum / f64_from_usize(values)
     }

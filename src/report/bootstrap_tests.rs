@@ -3,7 +3,7 @@
 use super::*;
 use crate::draw::DrawKey;
 
-/// A standard normal number of a place, by Box and Muller.
+/// A standard normal number of a key, by Box and Muller.
 fn normal(key: DrawKey) -> f64 {
     let (u, v) = (1.0 - key.with(0).uniform(), key.with(1).uniform());
     (-2.0 * libm::log(u)).sqrt() * libm::cos(std::f64::consts::TAU * v)
@@ -12,8 +12,8 @@ fn normal(key: DrawKey) -> f64 {
 /// An autoregressive series of unit variance: each value keeps `phi` of the one before.
 fn series(key: DrawKey, count: usize, phi: f64) -> Vec<f64> {
     let mut value = normal(key.with(u64::MAX));
-    let step = |place: usize| {
-        value = phi * value + (1.0 - phi * phi).sqrt() * normal(key.with(u64_from(place)));
+    let step = |at: usize| {
+        value = phi * value + (1.0 - phi * phi).sqrt() * normal(key.with(u64_from(at)));
         value
     };
     (0..count).map(step).collect()

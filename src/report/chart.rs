@@ -55,7 +55,7 @@ pub(crate) struct Series<'a> {
     pub name: &'a str,
     pub ink: Ink,
     pub shape: SeriesShape,
-    /// Points of each unbroken stretch, in the axes' units; points that a logarithmic axis has no place for are left out.
+    /// Points of each unbroken stretch, in the axes' units; points that a logarithmic axis cannot show are left out.
     pub runs: Vec<Vec<(f64, f64)>>,
 }
 
@@ -98,10 +98,10 @@ impl<'a> Axes<'a> {
         Self { title, x_label: "time in s", y_label, ..Self::default() }
     }
 
-    /// A point in the axes' own coordinates, logarithms where an axis is logarithmic; none where it has no place for it.
+    /// A point in the axes' own coordinates, logarithms where an axis is logarithmic; none where such an axis cannot show it.
     fn placed(&self, (x, y): (f64, f64)) -> Option<(f64, f64)> {
-        let place = |is_log: bool, value: f64| if is_log { libm::log10(value) } else { value };
-        let at = (place(self.x_log, x), place(self.y_log, y));
+        let coordinate = |is_log: bool, value: f64| if is_log { libm::log10(value) } else { value };
+        let at = (coordinate(self.x_log, x), coordinate(self.y_log, y));
         (at.0.is_finite() && at.1.is_finite()).then_some(at)
     }
 }
@@ -325,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn a_logarithmic_chart_skips_what_a_logarithm_has_no_place_for() {
+    fn a_logarithmic_chart_skips_what_has_no_logarithm() {
         let axes = Axes { title: "t", x_log: true, y_log: true, ..Axes::default() };
         let points = vec![(0.0, 1.0), (1.0, 3.0), (10.0, 5.0)];
         let svg = chart(&axes, &[Series { name: "a", ink: Ink::Four, shape: SeriesShape::Dots, runs: vec![points] }]);

@@ -28,7 +28,7 @@ impl Report {
     }
 }
 
-/// Path of the first null that is not accounted for; places in lists are left out of paths.
+/// Path of the first null that is not accounted for; indices of lists are left out of paths.
 fn null_without_reason(value: &Value, path: &str, report: &Report) -> Option<String> {
     match value {
         Value::Null if report.not_measurable.contains_key(path) => None,

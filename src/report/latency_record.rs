@@ -86,7 +86,7 @@ pub struct ExtractorClocks {
     /// Candidates that waited for an engine at once, at most; none where the hardware's twin ran, which does not count them.
     #[serde(default)]
     pub queue_most: Option<u32>,
-    /// Places of that queue: `compute.fifo_depth`.
+    /// Entries of that queue: `compute.fifo_depth`.
     #[serde(default)]
     pub queue_depth: u32,
     /// Settings with which the extractor keeps up; empty where it does.

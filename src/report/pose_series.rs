@@ -40,8 +40,8 @@ pub fn pose_series(truth: &[TimedPose], estimate: &[TimedPose], cameras: u32, fp
     let mut estimate = estimate.to_vec();
     bring_to_metres(truth, &mut estimate, usize::try_from(cameras).unwrap_or(usize::MAX));
     let of_frame = |pose: &TimedPose| {
-        let place = estimate.partition_point(|found| found.t_s < pose.t_s - SAME_TIME_S);
-        estimate.get(place).filter(|found| found.t_s <= pose.t_s + SAME_TIME_S).map(|found| found.world_from_body)
+        let at = estimate.partition_point(|found| found.t_s < pose.t_s - SAME_TIME_S);
+        estimate.get(at).filter(|found| found.t_s <= pose.t_s + SAME_TIME_S).map(|found| found.world_from_body)
     };
     let frames: Vec<(Pose, Option<Pose>)> = truth.iter().map(|pose| (pose.world_from_body, of_frame(pose))).collect();
     let (true_m, found_m): (Vec<DVec3>, Vec<DVec3>) =
@@ -91,8 +91,8 @@ fn orientation_deg2(frames: &[(Pose, Option<Pose>)]) -> Vec<Option<f64>> {
 /// Squares of `|(P_i^-1 P_j) - (Q_i^-1 Q_j)|` at j = i + delta, as in `figures`.
 fn relative_m2(frames: &[(Pose, Option<Pose>)], delta: usize) -> Vec<Option<f64>> {
     let motion_m = |from: &Pose, to: &Pose| from.rotation.conjugate() * (to.translation_m - from.translation_m);
-    let at = |place: usize| {
-        let ((true_from, found_from), (true_to, found_to)) = (&frames[place.checked_sub(delta)?], &frames[place]);
+    let at = |j: usize| {
+        let ((true_from, found_from), (true_to, found_to)) = (&frames[j.checked_sub(delta)?], &frames[j]);
         let error_m = motion_m(found_from.as_ref()?, found_to.as_ref()?) - motion_m(true_from, true_to);
         Some(error_m.length_squared())
     };
@@ -100,9 +100,9 @@ fn relative_m2(frames: &[(Pose, Option<Pose>)], delta: usize) -> Vec<Option<f64>
 }
 
 fn second_differences_m2(error_m: &[Option<DVec3>]) -> Vec<Option<f64>> {
-    let at = |place: usize| {
+    let at = |middle: usize| {
         let [before, here, after] =
-            [place.checked_sub(1)?, place, place + 1].map(|k| error_m.get(k).copied().flatten());
+            [middle.checked_sub(1)?, middle, middle + 1].map(|k| error_m.get(k).copied().flatten());
         // Three axes times 1 + 4 + 1 from the differences make 18 times the variance of one axis.
         Some(((after? - here?) - (here? - before?)).length_squared() / 18.0)
     };

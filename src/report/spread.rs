@@ -44,9 +44,9 @@ pub fn interval_of_rms(squares: &[f64], block: usize, seed: u64) -> Result<[f64;
     let key = DrawKey::root(seed).with(DRAWS);
     let resample = |number: u64| {
         let mut sum = 0.0;
-        for place in 0..u64_from(blocks) {
+        for at in 0..u64_from(blocks) {
             // Multiply-shift; its bias of starts / 2^32 does not matter.
-            let draw = u64::from(low_u32(key.with(number).with(place).0 >> 32));
+            let draw = u64::from(low_u32(key.with(number).with(at).0 >> 32));
             let start = index(low_u32((draw * starts) >> 32));
             sum += sums[start + block] - sums[start];
         }
@@ -110,9 +110,9 @@ mod tests {
     use super::*;
     use crate::num::u32_from;
 
-    /// A number in -1..1 of a place.
-    fn number(place: u64) -> f64 {
-        2.0 * DrawKey::root(5).with(place).uniform() - 1.0
+    /// A number in -1..1 of an index.
+    fn number(at: u64) -> f64 {
+        2.0 * DrawKey::root(5).with(at).uniform() - 1.0
     }
 
     fn errors(vector_m: impl Fn(usize) -> DVec3) -> Vec<PoseError> {
@@ -142,8 +142,8 @@ mod tests {
     #[test]
     fn white_noise_has_a_flat_spectrum_of_its_variance_and_a_sine_stands_at_its_frequency() {
         let noise = errors(|k| {
-            let place = 10_000 + 3 * u64::from(u32_from(k));
-            DVec3::new(number(place), number(place + 1), number(place + 2))
+            let first = 10_000 + 3 * u64::from(u32_from(k));
+            DVec3::new(number(first), number(first + 1), number(first + 2))
         });
         let points = spectrum(&noise, 32.0);
         let sum: f64 = points.iter().map(|p| p.m_per_rthz * p.m_per_rthz * 32.0 / 256.0).sum();

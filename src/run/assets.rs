@@ -7,7 +7,7 @@ use crate::optics::{Exposure, Rounding};
 use crate::rtl_simulator::RtlSimulator;
 use crate::scene::PictureBytes;
 
-/// Files of a scenario, and a place for baked light.
+/// Files of a scenario, and a store for baked light.
 pub trait Assets: Sync {
     /// The bytes of a file named in the scenario, relative to the scenario's folder. Fails where the file is not there, or not in that
     /// folder.

@@ -1,6 +1,6 @@
 //! What a camera of a run sees in a frame: photons of each exposure, rendered or from a store.
 
-use super::render_inputs::{ExposurePlace, RenderInputs};
+use super::render_inputs::{ExposureId, RenderInputs};
 use super::row_times::spans;
 use super::setup::Setup;
 use crate::error::Error;
@@ -18,22 +18,22 @@ impl Setup {
     ) -> Result<Vec<Exposure>, Error> {
         (0..schedule.slots().len())
             .map(|slot| {
-                let place = ExposurePlace { camera, frame, slot };
-                self.exposure_of(place, &self.windows[camera], schedule)
+                let exposure_id = ExposureId { camera, frame, slot };
+                self.exposure_of(exposure_id, &self.windows[camera], schedule)
             })
             .collect()
     }
 
-    /// The same of one slot, by a camera of that place.
+    /// The same of one slot, by a camera in that position of the rig.
     pub(super) fn exposure_of(
         &self,
-        place: ExposurePlace,
+        exposure_id: ExposureId,
         camera: &Camera,
         schedule: &Schedule,
     ) -> Result<Exposure, Error> {
         let settings = self.fidelity.render;
         let render = |inputs: &RenderInputs<'_>| inputs.expose_with(self.photon_store.as_ref());
-        let mut exposure = self.with_inputs(place, camera, schedule, render)?;
+        let mut exposure = self.with_inputs(exposure_id, camera, schedule, render)?;
         // Photon noise is that of the sensor's own electrons, whatever the tolerance counted with.
         let (own, counted) = (self.sensor.electrons_per_photon(), settings.quantum_efficiency);
         if own.to_bits() != counted.to_bits() && counted > 0.0 {
@@ -45,13 +45,13 @@ impl Setup {
     /// Calls `ask` with all that reaches the photons of one slot.
     pub(super) fn with_inputs<T>(
         &self,
-        place: ExposurePlace,
+        exposure_id: ExposureId,
         camera: &Camera,
         schedule: &Schedule,
         ask: impl FnOnce(&RenderInputs<'_>) -> T,
     ) -> T {
-        let rows = spans(schedule, |row| schedule.row_exposure_clk(place.frame, place.slot, row));
+        let rows = spans(schedule, |row| schedule.row_exposure_clk(exposure_id.frame, exposure_id.slot, row));
         let (world, motion, settings) = (&self.world, &self.motion, self.fidelity.render);
-        ask(&RenderInputs { world, camera, motion, rows: &rows, place, settings })
+        ask(&RenderInputs { world, camera, motion, rows: &rows, exposure_id, settings })
     }
 }

@@ -21,11 +21,11 @@ const PATH_PARTS: usize = 128;
 /// Parts of the picture along each axis.
 const TILES: u32 = 3;
 
-/// Places along each axis of the picture at which the lens is asked how many pixels a radian takes.
-const LENS_PLACES: u32 = 17;
+/// Positions along each axis of the picture at which the lens is asked how many pixels a radian takes.
+const LENS_POSITIONS: u32 = 17;
 
-/// Between these places the pixels of a radian grow by less than this share: a mapping is smooth, and its extremes lie in the middle and in
-/// the corners, which are among the places.
+/// Between these positions the pixels of a radian grow by less than this share: a mapping is smooth, and its extremes lie in the middle and
+/// in the corners, which are among the positions.
 const LENS_SLACK: f64 = 0.02;
 
 /// What the facts are made from.
@@ -173,8 +173,8 @@ impl Lit<'_> {
         let root = &bvh.nodes[0];
         let corner = |side: usize| {
             DVec3::from_array([0, 1, 2].map(|axis| {
-                let places_m = root.planes_m[axis][side].iter().filter(|place| place.is_finite());
-                <[f64; 2]>::from(ends(places_m.map(|&m| f64::from(m))))[side]
+                let coordinates_m = root.planes_m[axis][side].iter().filter(|coordinate| coordinate.is_finite());
+                <[f64; 2]>::from(ends(coordinates_m.map(|&m| f64::from(m))))[side]
             }))
         };
         let scene_m = [corner(0), corner(1)];
@@ -267,7 +267,7 @@ impl Lit<'_> {
         let whole = self.windows[0].roll_off_bounds();
         let part = |count: u32, number: u32| [number * count / TILES, (number + 1) * count / TILES];
         let signal_e = self.signal_e();
-        let places = (0..TILES).flat_map(|row| (0..TILES).map(move |column| (row, column)));
+        let grid = (0..TILES).flat_map(|row| (0..TILES).map(move |column| (row, column)));
         let tile = |(row, column): (u32, u32)| {
             let (columns, rows) = (part(size.width_px, column), part(size.height_px, row));
             if columns[0] == columns[1] || rows[0] == rows[1] {
@@ -277,7 +277,7 @@ impl Lit<'_> {
             let of = |end: usize| if whole[end] > 0.0 { signal_e[end] * own[end] / whole[end] } else { signal_e[end] };
             Some(Tile { columns, rows, signal_e: [of(0), of(1)] })
         };
-        places.filter_map(tile).collect()
+        grid.filter_map(tile).collect()
     }
 }
 
@@ -287,12 +287,12 @@ fn ends(values: impl Iterator<Item = f64>) -> (f64, f64) {
 }
 
 /// The most pixels that a radian takes in any direction anywhere in the picture: the inverse of the least singular value of the bearing's
-/// derivative by the place.
+/// derivative by the position.
 fn px_per_rad_max(camera: &Camera) -> f64 {
-    let side = |count: u32, step: u32| f64::from(count) * f64::from(step) / f64::from(LENS_PLACES - 1) - 0.5;
+    let side = |count: u32, step: u32| f64::from(count) * f64::from(step) / f64::from(LENS_POSITIONS - 1) - 0.5;
     let mut most: f64 = 0.0;
-    for row in 0..LENS_PLACES {
-        for column in 0..LENS_PLACES {
+    for row in 0..LENS_POSITIONS {
+        for column in 0..LENS_POSITIONS {
             let position_px = DVec2::new(side(camera.size.width_px, column), side(camera.size.height_px, row));
             let Some((_, jacobian)) = camera.lens.unproject_with_jacobian(position_px) else { continue };
             let by = |axis: usize| DVec3::from_array(jacobian.map(|line| line[axis]));

@@ -75,8 +75,8 @@ fn octaves_added(block: &str, octaves: u32) -> Netlist {
 
 /// Linear between points of one parameter: `(value, what the value adds)`, rising; beyond the ends by the nearest two.
 fn between(points: &[(f64, Netlist)], at: f64) -> Netlist {
-    let place = points.windows(2).position(|pair| at <= pair[1].0).unwrap_or(points.len() - 2);
-    let [(low, below), (high, above)] = [points[place], points[place + 1]];
+    let segment = points.windows(2).position(|pair| at <= pair[1].0).unwrap_or(points.len() - 2);
+    let [(low, below), (high, above)] = [points[segment], points[segment + 1]];
     let share = (at - low) / (high - low);
     let none = Netlist::default();
     none.plus(below, 1.0 - share).plus(above, share)

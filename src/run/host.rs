@@ -53,7 +53,7 @@ impl CameraClock {
 pub struct HostFrame {
     /// What the tracker gets.
     pub input: FrameInput,
-    /// Of each camera: the places of its features in the sensor's own list.
+    /// Of each camera: the indices of its features in the sensor's own list.
     pub indices: Vec<Vec<u32>>,
 }
 
@@ -147,7 +147,7 @@ impl Host {
     }
 }
 
-/// Features that arrived, or those that the host's own extractor finds, and their places in the sensor's list.
+/// Features that arrived, or those that the host's own extractor finds, and their indices in the sensor's list.
 fn features_of(
     sensor: &SensorSetup,
     extractor: &mut Extractor,
@@ -162,7 +162,7 @@ fn features_of(
     // The host runs the same extractor on the picture it received; none of it is the sensor's energy.
     let (extracted, _) = extract_one(sensor, extractor, &picture)?;
     let mut features = extracted.features;
-    // Lost rows are black there, and their edges are no corners. A place may stand in the pixel beside its corner's.
+    // Lost rows are black there, and their edges are no corners. A position may lie in the pixel beside its corner's.
     let lost: Vec<u32> = frame.damaged_rows.into_iter().chain(frame.missing_rows).collect();
     features.retain(|feature| lost.iter().all(|row| row.abs_diff(feature.pixel().1) > PATCH_MARGIN_PX + 1));
     let indices = (0..u32_from(features.len())).collect();
@@ -238,13 +238,13 @@ mod tests {
                     let is_lost = cameras.iter().flatten().all(|frame| frame.metadata.is_none());
                     let input = host.receive(&sensor, &mut extractors, (frame.into(), cameras.into())).unwrap().input;
                     let true_s = schedules[0].t_frame(FrameIndex(frame));
-                    let place = format!("seed {SEED}, rig {rig}, case {case}, frame {frame}");
-                    assert!(input.t_s > before_s, "{place}: {} after {before_s}", input.t_s);
+                    let context = format!("seed {SEED}, rig {rig}, case {case}, frame {frame}");
+                    assert!(input.t_s > before_s, "{context}: {} after {before_s}", input.t_s);
                     // A flipped bit of a stamp may move it within the tolerance; two guesses in a row may not add up beyond that by much.
                     let apart = (input.t_s - true_s).abs() / frame_s;
                     // Before the first stamp nothing is known of clocks that are off by a thousandth each.
                     let unknown = if rig == 2 { CLOCK_TOLERANCE * f64::from(frame) } else { 0.0 };
-                    assert!(apart < 2.0 + unknown, "{place}: {apart} frames from the truth");
+                    assert!(apart < 2.0 + unknown, "{context}: {apart} frames from the truth");
                     before_s = input.t_s;
                     frames += 1;
                     guessed += u32::from(is_lost);

@@ -34,7 +34,7 @@ const KNOTS_MAX: f64 = 4e6;
 const SWAY_POSES_MAX: f64 = 2e6;
 
 /// Greatest distance from the scene's origin along an axis: meshes end there too.
-const PLACE_M_MAX: f64 = 1e6;
+const POSITION_M_MAX: f64 = 1e6;
 
 /// Greatest speeds, in m/s and in rad/s: beyond them a picture shows nothing.
 const SPEEDS_MAX: [f64; 2] = [1e6, 1e6];
@@ -58,7 +58,7 @@ pub fn placed(section: &MotionKeys, frames: u32, run: Span, assets: &dyn Assets)
     let turn = unit_quaternion("motion.world_from_motion", section.world_from_motion)?;
     let offset_m = DVec3::from_array(section.offset_m);
     if !is_in_reach(offset_m) {
-        let reason = format!("out of range; use -{PLACE_M_MAX} to {PLACE_M_MAX} along each axis");
+        let reason = format!("out of range; use -{POSITION_M_MAX} to {POSITION_M_MAX} along each axis");
         return Err(Error::key("motion.offset_m", format!("{:?}", section.offset_m), reason));
     }
     let start_s = within("motion.start_s", section.start_s, 0.0..=START_S_MAX, "0 to 10,000")?;
@@ -78,7 +78,7 @@ pub fn placed(section: &MotionKeys, frames: u32, run: Span, assets: &dyn Assets)
 }
 
 fn is_in_reach(position_m: DVec3) -> bool {
-    position_m.abs().cmple(DVec3::splat(PLACE_M_MAX)).all()
+    position_m.abs().cmple(DVec3::splat(POSITION_M_MAX)).all()
 }
 
 /// Refuses a path that leaves the space that scenes have, or on which no picture could be taken.
@@ -89,7 +89,7 @@ fn check_reach(section: &MotionKeys, motion: &Motion, run: Span) -> Result<(), E
     let (low_m, high_m) = motion.extent_m(run).map_err(|error| refused(error.to_string()))?;
     if !(is_in_reach(low_m) && is_in_reach(high_m)) {
         return Err(refused(format!(
-            "the run's path goes from {low_m} to {high_m} m; use one within {PLACE_M_MAX} m of the scene's origin along each axis, \
+            "the run's path goes from {low_m} to {high_m} m; use one within {POSITION_M_MAX} m of the scene's origin along each axis, \
              or a smaller motion.scale"
         )));
     }

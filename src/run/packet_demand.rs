@@ -5,7 +5,7 @@ use crate::link::WhenFull;
 use crate::num::{f64_from_u64, index, u64_from};
 use crate::readout::{Hdr, ReadoutParams, Shutter};
 
-/// The time that a line has to leave for a row's packet, in seconds: with a FIFO of D rows, the last of n rows finds a place if n - D
+/// The time that a line has to leave for a row's packet, in seconds: with a FIFO of D rows, the last of n rows finds a slot if n - D
 /// packets pass while n - 1 rows are read. 0 where the readout waits for the link instead, or where no rows are sent. Fails on a row that
 /// the link cannot carry; a readout that cannot wait.
 pub(super) fn packet_demand_s(
@@ -21,9 +21,9 @@ pub(super) fn packet_demand_s(
     if link.when_full == WhenFull::Stall {
         return can_stall(readout).map(|()| 0.0);
     }
-    let (rows, places) = (u64_from(index(size.height_px)), u64::from(link.fifo_rows));
-    let packets = f64_from_u64(rows.saturating_sub(places));
-    Ok(if places == 1 { packet_s } else { packet_s * packets / f64_from_u64(rows.max(2) - 1) })
+    let (rows, slots) = (u64_from(index(size.height_px)), u64::from(link.fifo_rows));
+    let packets = f64_from_u64(rows.saturating_sub(slots));
+    Ok(if slots == 1 { packet_s } else { packet_s * packets / f64_from_u64(rows.max(2) - 1) })
 }
 
 /// A readout that stands still holds its electronic shutter too: under a rolling shutter, rows would be exposed for longer, each by another

@@ -34,7 +34,7 @@ impl RenderInputs<'_> {
         hasher.update(SOURCES.as_bytes());
         hasher.update(&scene.fixed.content_hash());
         self.camera.hash_into(&mut hasher);
-        self.hash_place(&mut hasher);
+        self.hash_exposure_id(&mut hasher);
         hash_settings(&self.settings, &mut hasher);
         hasher.update(&u64_from(self.rows.len()).to_le_bytes());
         for row in self.rows {
@@ -45,12 +45,12 @@ impl RenderInputs<'_> {
         Some(hasher.finalize().to_hex().to_string())
     }
 
-    fn hash_place(&self, hasher: &mut blake3::Hasher) {
+    fn hash_exposure_id(&self, hasher: &mut blake3::Hasher) {
         // Samples are named by camera, frame and slot; those of a still picture by frame 0.
-        let frame = if self.world.is_still(self.motion) { FrameIndex(0) } else { self.place.frame };
-        hasher.update(&u64_from(self.place.camera).to_le_bytes());
+        let frame = if self.world.is_still(self.motion) { FrameIndex(0) } else { self.exposure_id.frame };
+        hasher.update(&u64_from(self.exposure_id.camera).to_le_bytes());
         hasher.update(&frame.0.to_le_bytes());
-        hasher.update(&u64_from(self.place.slot).to_le_bytes());
+        hasher.update(&u64_from(self.exposure_id.slot).to_le_bytes());
     }
 
     /// Paths of body and objects enter by poses at equal steps from the first row's start to the last row's end: what happens before and

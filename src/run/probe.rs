@@ -2,7 +2,7 @@
 //! is no lag charge from the frame before, and automatic exposure stays at its initial value.
 
 use super::extractor::extract_one;
-use super::render_inputs::ExposurePlace;
+use super::render_inputs::ExposureId;
 use super::row_times::{merge_planes, row_times};
 use super::setup::Setup;
 use crate::compute::{Extractor, Feature};
@@ -17,10 +17,10 @@ use crate::units::{CameraIndex, FrameIndex, RowIndex};
 
 /// Which picture of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct PictureId {
     /// Frame of the run.
     pub frame: FrameIndex,
-    /// Camera of the rig, by its place.
+    /// Camera of the rig, by its index.
     pub camera: usize,
 }
 
@@ -34,16 +34,16 @@ pub struct Sensed {
 
 impl Setup {
     /// What a camera sees in a frame, one exposure a slot. Fails on a picture that cannot be read any more.
-    pub fn exposures_at(&self, place: Place) -> Result<Vec<Exposure>, Error> {
-        self.exposures_of(place.frame, place.camera, &self.schedule_at(place))
+    pub fn exposures_at(&self, picture: PictureId) -> Result<Vec<Exposure>, Error> {
+        self.exposures_of(picture.frame, picture.camera, &self.schedule_at(picture))
     }
 
     /// Keys in a photon store of what a camera sees in a frame, one a slot; none where its photons are not stored.
-    pub fn photon_keys(&self, place: Place) -> Vec<Option<String>> {
-        let schedule = self.schedule_at(place);
+    pub fn photon_keys(&self, picture: PictureId) -> Vec<Option<String>> {
+        let schedule = self.schedule_at(picture);
         let of = |slot| {
-            let exposed = ExposurePlace { camera: place.camera, frame: place.frame, slot };
-            self.with_inputs(exposed, &self.windows[place.camera], &schedule, |inputs| inputs.photon_key())
+            let exposed = ExposureId { camera: picture.camera, frame: picture.frame, slot };
+            self.with_inputs(exposed, &self.windows[picture.camera], &schedule, |inputs| inputs.photon_key())
         };
         (0..schedule.slots().len()).map(of).collect()
     }
@@ -54,12 +54,13 @@ impl Setup {
     }
 
     /// Codes of a picture from its photons, a plane a slot.
-    pub fn sense_at(&self, chain: &Chain, place: Place, photons: &[Plane<f32>]) -> Sensed {
-        let schedule = self.schedule_at(place);
+    pub fn sense_at(&self, chain: &Chain, picture: PictureId, photons: &[Plane<f32>]) -> Sensed {
+        let schedule = self.schedule_at(picture);
         let mut events = Events::default();
         let mut read = Vec::with_capacity(photons.len());
         for (slot, photons) in photons.iter().enumerate() {
-            let captured = chain.capture(photons, capture(place, slot), &row_times(&schedule, place.frame, slot, &[]));
+            let captured =
+                chain.capture(photons, capture(picture, slot), &row_times(&schedule, picture.frame, slot, &[]));
             events.merge(&captured.events);
             read.push(captured.codes);
         }
@@ -69,28 +70,34 @@ impl Setup {
     }
 
     /// Codes of some rows of a picture, of the first slot.
-    pub fn codes_at(&self, chain: &Chain, place: Place, photons: &Plane<f32>, rows: &[RowIndex]) -> Vec<Vec<u16>> {
-        let schedule = self.schedule_at(place);
-        chain.codes_of_rows(photons, capture(place, 0), &row_times(&schedule, place.frame, 0, &[]), rows)
+    pub fn codes_at(
+        &self,
+        chain: &Chain,
+        picture: PictureId,
+        photons: &Plane<f32>,
+        rows: &[RowIndex],
+    ) -> Vec<Vec<u16>> {
+        let schedule = self.schedule_at(picture);
+        chain.codes_of_rows(photons, capture(picture, 0), &row_times(&schedule, picture.frame, 0, &[]), rows)
     }
 
     /// Mean and variance of the codes of a picture, of a setup on the rung `expected`.
-    pub fn expected_at(&self, chain: &Chain, place: Place, photons: &Plane<f32>) -> Expected {
-        let schedule = self.schedule_at(place);
-        chain.expected(photons, capture(place, 0), &row_times(&schedule, place.frame, 0, &[]))
+    pub fn expected_at(&self, chain: &Chain, picture: PictureId, photons: &Plane<f32>) -> Expected {
+        let schedule = self.schedule_at(picture);
+        chain.expected(photons, capture(picture, 0), &row_times(&schedule, picture.frame, 0, &[]))
     }
 
     /// Samples of all rows of a picture at the converters' inputs, of the first slot and reading.
-    pub fn samples_at(&self, chain: &Chain, place: Place, photons: &Plane<f32>) -> Vec<RowSamples> {
-        let schedule = self.schedule_at(place);
+    pub fn samples_at(&self, chain: &Chain, picture: PictureId, photons: &Plane<f32>) -> Vec<RowSamples> {
+        let schedule = self.schedule_at(picture);
         let rows: Vec<RowIndex> = (0..self.sensor.size.height_px).map(RowIndex).collect();
-        chain.samples_of_rows(photons, capture(place, 0), &row_times(&schedule, place.frame, 0, &[]), &rows)
+        chain.samples_of_rows(photons, capture(picture, 0), &row_times(&schedule, picture.frame, 0, &[]), &rows)
     }
 
     /// Electrons of all pixels of a picture at the sense node, of the first slot and reading.
-    pub fn electrons_at(&self, chain: &Chain, place: Place, photons: &Plane<f32>) -> Plane<f32> {
-        let schedule = self.schedule_at(place);
-        chain.electrons(photons, capture(place, 0), &row_times(&schedule, place.frame, 0, &[]))
+    pub fn electrons_at(&self, chain: &Chain, picture: PictureId, photons: &Plane<f32>) -> Plane<f32> {
+        let schedule = self.schedule_at(picture);
+        chain.electrons(photons, capture(picture, 0), &row_times(&schedule, picture.frame, 0, &[]))
     }
 
     /// Features of a picture, and the events of finding them. Fails on a picture that the extractor cannot take.
@@ -100,12 +107,12 @@ impl Setup {
         Ok((extracted.features, events))
     }
 
-    fn schedule_at(&self, place: Place) -> Schedule {
-        self.exposure.schedules(FrameIndex(0)).swap_remove(place.camera)
+    fn schedule_at(&self, picture: PictureId) -> Schedule {
+        self.exposure.schedules(FrameIndex(0)).swap_remove(picture.camera)
     }
 }
 
-fn capture(place: Place, slot: usize) -> Capture<'static> {
-    let camera = CameraIndex(u32_from(place.camera));
-    Capture { camera, frame: place.frame, slot: u32_from(slot), before_e: None }
+fn capture(picture: PictureId, slot: usize) -> Capture<'static> {
+    let camera = CameraIndex(u32_from(picture.camera));
+    Capture { camera, frame: picture.frame, slot: u32_from(slot), before_e: None }
 }

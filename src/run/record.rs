@@ -304,10 +304,8 @@ impl Session {
         let (mut lost_since_s, mut lost_s) = (None, Vec::new());
         for (frame, note) in (0..).zip(&self.notes) {
             let t_s = note.truth.t_s;
-            report.tracking.events.extend(note.events.iter().map(|&event| {
-                let reason = note.loss.filter(|_| event == "lost").map(|loss| loss.name().to_owned());
-                TrackingEvent { frame: Some(frame), t_s, event: event.to_owned(), reason }
-            }));
+            let events = note.events.iter().map(|&event| TrackingEvent::of(frame, t_s, event));
+            report.tracking.events.extend(events);
             match note.status {
                 Status::Lost => lost_since_s = lost_since_s.or(Some(t_s)),
                 Status::Tracked | Status::Relocalised => {

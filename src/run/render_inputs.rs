@@ -24,14 +24,14 @@ pub struct RenderInputs<'a> {
     /// When each row gathers light, in the run's time.
     pub rows: &'a [Span],
     /// Which exposure of the run.
-    pub place: ExposurePlace,
+    pub exposure_id: ExposureId,
     /// Keys of the render.
     pub settings: RenderSettings,
 }
 
 /// Names the samples of an exposure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ExposurePlace {
+pub struct ExposureId {
     /// Camera of the rig.
     pub camera: usize,
     /// Frame of the run.
@@ -59,8 +59,8 @@ impl RenderInputs<'_> {
             key: self.key(),
         };
         let of_still = self.world.has_still_view(self.motion).then(|| self.key_of(FrameIndex(0)));
-        let place = (self.place.camera, self.camera);
-        let mut exposure = self.world.render(place, self.rows, &pose, sampling, of_still)?;
+        let camera = (self.exposure_id.camera, self.camera);
+        let mut exposure = self.world.render(camera, self.rows, &pose, sampling, of_still)?;
         if let Some(rounding) = Rounding::new(settings.rounding_sigma) {
             rounding.round(&mut exposure, settings.quantum_efficiency);
         }
@@ -69,11 +69,11 @@ impl RenderInputs<'_> {
 
     fn key(&self) -> DrawKey {
         // Nothing distinguishes the frames of a still picture, so its samples are those of frame 0 at every time.
-        self.key_of(if self.world.is_still(self.motion) { FrameIndex(0) } else { self.place.frame })
+        self.key_of(if self.world.is_still(self.motion) { FrameIndex(0) } else { self.exposure_id.frame })
     }
 
     fn key_of(&self, named: FrameIndex) -> DrawKey {
-        let ExposurePlace { camera, slot, .. } = self.place;
+        let ExposureId { camera, slot, .. } = self.exposure_id;
         let key = DrawKey::root(self.settings.seed).with(RENDER_NUMBER).with(u64_from(camera)).with(named.0.into());
         repeated(if slot == 0 { key } else { key.with(u64_from(slot)) }, self.settings.repeat)
     }

@@ -98,7 +98,7 @@ mod tests {
     use super::*;
     use crate::config::Resolved;
     use crate::num::u64_from;
-    use crate::run::probe::Place;
+    use crate::run::probe::PictureId;
     use crate::run::row_times::row_times;
     use crate::run::{NoClock, NoFiles, NoProgress, Session};
     use crate::units::{CameraIndex, FrameIndex};
@@ -116,8 +116,8 @@ mod tests {
     #[test]
     fn a_deliberate_fault_is_found_in_every_row_that_is_looked_at_and_in_no_other() {
         let setup = setup(&[]);
-        let place = Place { frame: FrameIndex(0), camera: 0 };
-        let photons = setup.exposures_at(place).unwrap().swap_remove(0).photons;
+        let picture = PictureId { frame: FrameIndex(0), camera: 0 };
+        let photons = setup.exposures_at(picture).unwrap().swap_remove(0).photons;
         let schedule = setup.sensor.schedule.for_camera(CameraIndex(0));
         let times = row_times(&schedule, FrameIndex(0), 0, &[]);
         let capture = Capture::single(CameraIndex(0), FrameIndex(0));

@@ -5,7 +5,7 @@ use super::sensor::SensorSetup;
 use super::state::Session;
 use super::waterfall::PacketTime;
 use crate::compute::{Extracted, Overflow};
-use crate::draw::RowPlace;
+use crate::draw::RowAddress;
 use crate::error::Error;
 use crate::link::{self, FrameMetadata, FrameOut};
 use crate::num::{f64_from_u64, index, low_u8, low_u32, u32_from, u64_from, u64_half_even};
@@ -31,15 +31,15 @@ fn metadata_ns(seconds: f64) -> u32 {
 
 /// Keeps so many features, in their order: the strongest where the extractor drops the weakest, else the first that left.
 fn kept(extracted: &Extracted, count: usize, overflow: Overflow) -> Extracted {
-    let mut places: Vec<usize> = (0..extracted.features.len()).collect();
+    let mut indices: Vec<usize> = (0..extracted.features.len()).collect();
     if overflow == Overflow::DropWeakest {
-        places.sort_by_key(|&place| std::cmp::Reverse(extracted.features[place].score));
+        indices.sort_by_key(|&at| std::cmp::Reverse(extracted.features[at].score));
     }
-    places.truncate(count);
-    places.sort_unstable();
+    indices.truncate(count);
+    indices.sort_unstable();
     Extracted {
-        features: places.iter().map(|&place| extracted.features[place]).collect(),
-        out_clk: places.iter().map(|&place| extracted.out_clk[place]).collect(),
+        features: indices.iter().map(|&at| extracted.features[at]).collect(),
+        out_clk: indices.iter().map(|&at| extracted.out_clk[at]).collect(),
         ..extracted.clone()
     }
 }
@@ -133,23 +133,23 @@ impl Session {
             totals.traffic.add(&sensor.link.traffic_of(&packets, sensor.size, out.bits)?);
             totals.frames_with_rows += u64::from(rows_in(&packets) > 0);
             let (seed, camera) = (self.setup.resolved.scenario.seed, CameraIndex(u32_from(camera)));
-            let place = RowPlace { seed, camera, frame, slot: 0, row: RowIndex(0) };
-            totals.bits_flipped += link::flip_bits(&mut bytes, sensor.bit_error_rate, place);
+            let address = RowAddress { seed, camera, frame, slot: 0, row: RowIndex(0) };
+            totals.bits_flipped += link::flip_bits(&mut bytes, sensor.bit_error_rate, address);
             arrived.push((bytes, sensor.packet_times(&flow, schedule, frame)));
         }
         Ok(arrived)
     }
 }
 
-/// Which of a camera's features the tracker's pose rests on; `indices` are the places of the host's features in the sensor's list.
+/// Which of a camera's features the tracker's pose rests on; `indices` are those of the host's features in the sensor's list.
 pub(super) fn marks(tracked: &TrackedFrame, camera: usize, indices: &[u32], features: usize) -> Vec<bool> {
     let mut marks = vec![false; features];
     for inlier in &tracked.inliers {
         if index(inlier.camera.0) != camera {
             continue;
         }
-        let place = indices.get(index(inlier.feature)).map(|&place| index(place));
-        if let Some(mark) = place.and_then(|place| marks.get_mut(place)) {
+        let feature = indices.get(index(inlier.feature)).map(|&at| index(at));
+        if let Some(mark) = feature.and_then(|feature| marks.get_mut(feature)) {
             *mark = true;
         }
     }

@@ -75,8 +75,8 @@ impl Session {
 
     /// Seconds that a stage has taken so far, by the watch that `step` was given. Panics at a name that is not in `STAGES`.
     pub fn stage_s(&self, stage: &str) -> f64 {
-        let place = STAGES.iter().position(|name| *name == stage).expect("a stage of STAGES");
-        self.totals.stage_s[place]
+        let at = STAGES.iter().position(|name| *name == stage).expect("a stage of STAGES");
+        self.totals.stage_s[at]
     }
 
     /// What the run is made of.
@@ -164,7 +164,7 @@ impl Session {
             self.send(frame, &schedules, &codes, &mut extracted)?.into_iter().unzip();
         self.totals.stage_s[3] += lap.next_s();
         let host = self.receive(&packets)?;
-        // Without features on the link, those of the host's own extractor stand in their place.
+        // Without features on the link, those of the host's own extractor stand in for them.
         if !on_sensor {
             extracted.iter_mut().zip(&host.input.features).for_each(|(one, found)| one.features.clone_from(found));
         }
@@ -241,7 +241,6 @@ impl Session {
             innovation_px: tracked.innovation_px,
             single_picture_sigma_m: tracked.single_picture_sigma_m,
             status: tracked.status,
-            loss: tracked.loss,
             events: tracked.events(self.notes.last().map(|note| note.status)).collect(),
             thresholds: frame.cameras.iter().filter_map(|camera| camera.threshold).collect(),
             link_bits: 0.0,

@@ -411,14 +411,14 @@ pub(super) fn calibrations(cameras: &[Camera]) -> Vec<CameraCalibration> {
     cameras.iter().map(of).collect()
 }
 
-/// Place in the array of the picture's first pixel: the middle of the pixels that it is made of, and, behind colour filters, the mean
+/// Position in the array of the picture's first pixel: the middle of the pixels that it is made of, and, behind colour filters, the mean
 /// over one pattern of the picture, since binned pixels of a mosaic do not lie evenly.
 fn first_position_px(geometry: &Geometry) -> DVec2 {
     let (mut sum, count) = (DVec2::ZERO, 4_u32);
     let step = f64::from(geometry.binning());
     for number in 0..count {
         let mean =
-            |places: Vec<u32>| places.iter().map(|&place| f64::from(place)).sum::<f64>() / f64_from_usize(places.len());
+            |pixels: Vec<u32>| pixels.iter().map(|&pixel| f64::from(pixel)).sum::<f64>() / f64_from_usize(pixels.len());
         let columns = geometry.columns_of(number).collect();
         let rows = geometry.rows_of(RowIndex(number)).map(|row| row.0).collect();
         sum += DVec2::new(mean(columns), mean(rows)) - step * f64::from(number);

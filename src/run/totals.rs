@@ -7,7 +7,7 @@ use crate::link::{Flow, LinkCounts, Traffic};
 use crate::num::greater;
 use crate::pose::{Pose, TimedPose};
 use crate::readout::Schedule;
-use crate::tracker::{FrameInput, LossReason, Status, Tracker};
+use crate::tracker::{FrameInput, Status, Tracker};
 use crate::units::FrameIndex;
 
 /// What the cameras alone gave, frame by frame.
@@ -38,8 +38,7 @@ pub(super) struct FrameNotes {
     pub innovation_px: Option<f64>,
     pub single_picture_sigma_m: Option<f64>,
     pub status: Status,
-    pub loss: Option<LossReason>,
-    pub events: Vec<&'static str>,
+    pub events: Vec<(&'static str, Option<&'static str>)>,
     pub thresholds: Vec<u16>,
     pub link_bits: f64,
     pub energy_pj: f64,

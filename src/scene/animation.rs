@@ -26,7 +26,7 @@ pub struct Track<const N: usize> {
     interpolation: Interpolation,
 }
 
-/// Places between two keys at which a cubic spline's speed is looked at.
+/// Instants between two keys at which a cubic spline's speed is looked at.
 const LOOKS: usize = 16;
 
 impl<const N: usize> Track<N> {
@@ -148,7 +148,7 @@ impl Joint {
         ends.into_iter().flatten().fold(0.0, greater)
     }
 
-    /// Times at which the joint is looked at: its keys and places between them.
+    /// Times at which the joint is looked at: its keys and instants between them.
     fn looks_s(&self) -> Vec<f64> {
         let of = |times_s: &[f64]| -> Vec<f64> {
             let between = times_s.windows(2).flat_map(|pair| {

@@ -6,7 +6,6 @@
 //! interpolated.
 
 pub(super) mod aims;
-pub(super) mod at_place;
 mod batch;
 pub mod blockers;
 pub mod buried;
@@ -15,6 +14,7 @@ mod clearance;
 mod cut_off;
 mod fan;
 mod gathered;
+pub(super) mod light_at;
 pub(super) mod rays;
 mod refine;
 mod reflected;
@@ -65,7 +65,7 @@ const CONVERGED_SHARE: f32 = 1e-4;
 /// Irradiance below this share of the greatest, which is found beside a lamp, does not keep the iteration going.
 const DIM_SHARE: f32 = 1e-5;
 
-/// Bounces that follow once places that are cut off have other light: what changes is near them.
+/// Bounces that follow once sample sides that are cut off have other light: what changes is near them.
 const BOUNCES_AFTER: usize = 2;
 
 /// Iterations at most. A room of the greatest albedo all over needs a few, because its light is extrapolated.
@@ -176,7 +176,7 @@ impl Bake {
     pub(super) fn of(scene: &Scene, settings: &BakeSettings, key: [u8; 32], progress: &(dyn Fn(f64) + Sync)) -> Self {
         progress(0.0);
         let mut traced = traced_samples(scene, settings, &|share| progress(0.95 * share));
-        let stand_ins = buried::stand_ins(&scene.layout, |place| traced.buried[place]);
+        let stand_ins = buried::stand_ins(&scene.layout, |sample_side| traced.buried[sample_side]);
         let mut light = [STEADY, FLICKERING].map(|group| {
             let shines = group == STEADY || !scene.flickering.is_empty();
             if shines { settled(scene, &traced, &stand_ins, group) } else { Vec::new() }
@@ -188,13 +188,13 @@ impl Bake {
             // What stands there is lit by what is in front of it.
             for _ in 0..BOUNCES_AFTER {
                 *light = bounced(scene, &traced, &stand_ins, group, light, &mut vec![[0.0; BANDS]; light.len()]);
-                relit.iter().for_each(|relit| light[index(relit.place)] = relit.light[group]);
+                relit.iter().for_each(|relit| light[index(relit.sample_side)] = relit.light[group]);
             }
         }
         traced.drop_hits();
         let light_of = |source: usize| {
             let mut light = light_of(&traced, &stand_ins, source);
-            relit.iter().for_each(|relit| light[index(relit.place)] = relit.by_source[source]);
+            relit.iter().for_each(|relit| light[index(relit.sample_side)] = relit.by_source[source]);
             light
         };
         let [irradiance, flickering] = light;
@@ -206,30 +206,32 @@ impl Bake {
     }
 }
 
-/// Gives places that are cut off the light in front of what does so.
+/// Gives sample sides that are cut off the light in front of what cuts them off.
 fn relight(scene: &Scene, settings: &BakeSettings, cut_off: &[CutOff], light: &mut [Vec<Bands>; GROUPS]) -> Vec<Relit> {
     let [_, aims] = Aims::of(scene, settings);
     let known = [light[STEADY].as_slice(), &light[FLICKERING]];
     let relit = collected(cut_off.len(), |number| cut_off[number].relit(scene, &aims, known));
     for (group, light) in light.iter_mut().enumerate().filter(|(_, light)| !light.is_empty()) {
-        relit.iter().for_each(|relit| light[index(relit.place)] = relit.light[group]);
+        relit.iter().for_each(|relit| light[index(relit.sample_side)] = relit.light[group]);
     }
     relit
 }
 
-/// What one of the strongest sources sends to every place.
+/// What one of the strongest sources sends to every sample side.
 fn light_of(traced: &TracedSamples, stand_ins: &[(u32, u32)], source: usize) -> Vec<SourceLight> {
     let mut light = traced.by_source(source, traced.buried.len());
     buried::fill(&mut light, stand_ins);
     light
 }
 
-/// Light of each place without what comes straight from single sources: 0 where that is all but rounding.
+/// Light of each sample side without what comes straight from single sources: 0 where that is all but rounding.
 fn ambient(light: &[Vec<Bands>; GROUPS], sources: usize, light_of: impl Fn(usize) -> Vec<SourceLight>) -> Vec<f32> {
-    let of_group =
-        |group: &[Bands], place: usize| group.get(place).map_or(0.0, |light| luminance(light.map(f64::from)));
-    let all: Vec<f64> =
-        (0..light[0].len()).map(|place| of_group(&light[0], place) + of_group(&light[1], place)).collect();
+    let of_group = |group: &[Bands], sample_side: usize| {
+        group.get(sample_side).map_or(0.0, |light| luminance(light.map(f64::from)))
+    };
+    let all: Vec<f64> = (0..light[0].len())
+        .map(|sample_side| of_group(&light[0], sample_side) + of_group(&light[1], sample_side))
+        .collect();
     let mut rest = all.clone();
     for source in 0..sources {
         rest.iter_mut().zip(light_of(source)).for_each(|(rest, light)| *rest -= f64::from(light.received));
@@ -262,7 +264,7 @@ fn settled(scene: &Scene, traced: &TracedSamples, stand_ins: &[(u32, u32)], grou
     now
 }
 
-/// One more bounce of a group: direct light + mean of (albedo times irradiance) over the places that rays met.
+/// One more bounce of a group: direct light + mean of (albedo times irradiance) over the sample sides that rays met.
 fn bounced(
     scene: &Scene,
     traced: &TracedSamples,
@@ -271,8 +273,8 @@ fn bounced(
     now: &[Bands],
     exitance: &mut [Bands],
 ) -> Vec<Bands> {
-    for (place, (exitance, light)) in exitance.iter_mut().zip(now).enumerate() {
-        let albedo = &scene.layout.samples[place / 2].albedo;
+    for (sample_side, (exitance, light)) in exitance.iter_mut().zip(now).enumerate() {
+        let albedo = &scene.layout.samples[sample_side / 2].albedo;
         *exitance = std::array::from_fn(|band| light[band] * albedo[band]);
     }
     let mut next = traced.bounced(group, exitance);
@@ -330,7 +332,7 @@ impl Rates {
     }
 }
 
-/// Whether no place changes any more, now or by all further bounces, each against its own light.
+/// Whether no sample side changes any more, now or by all further bounces, each against its own light.
 fn is_settled(now: &[Bands], next: &[Bands], rates: &Rates) -> bool {
     let greatest = next.iter().flatten().fold(0.0_f32, |greatest, &light| greatest.max(light));
     let dim = DIM_SHARE * greatest;
@@ -414,8 +416,8 @@ mod tests {
         let aims = aims::Aims::new(&scene, BakeSettings::ROOM.grid_lamp_rays, 16);
         let mut tried = 0;
         for x_m in [0.0_f32, 0.7, 1.5, 2.5] {
-            let place = [rays::Place { at_m: [x_m, 0.0, 0.0], normal: [0.0, 1.0, 0.0], sides: 1 }];
-            let light = shadow_rays::aimed_light(&scene, &place, &aims, &[])[0][0].all[0][0];
+            let receiver = [rays::Receiver { at_m: [x_m, 0.0, 0.0], normal: [0.0, 1.0, 0.0], sides: 1 }];
+            let light = shadow_rays::aimed_light(&scene, &receiver, &aims, &[])[0][0].all[0][0];
             // A fine midpoint sum of cos cos / d^2 over the lamp: its own error is below 1e-5.
             let mut expected = 0.0;
             for i in 0..100 {

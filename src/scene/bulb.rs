@@ -55,7 +55,7 @@ impl Cone {
     }
 }
 
-/// A place in a bulb that shadow rays are aimed at.
+/// A point in a bulb that shadow rays are aimed at.
 #[derive(Clone, Copy, Debug)]
 pub struct BulbPoint {
     /// The bulb that it belongs to.
@@ -69,11 +69,11 @@ pub struct BulbPoint {
 }
 
 impl Bulb {
-    /// Places in opposite pairs on the shell, so that their first moments cancel; the middle where there is one place only. Each stands
+    /// Points in opposite pairs on the shell, so that their first moments cancel; the middle where there is one point only. Each stands
     /// for an equal share of the intensity.
     pub(super) fn points(&self, count: usize, intensity: [f64; 4], material: u32, points: &mut Vec<BulbPoint>) {
         let pairs = count / 2;
-        let places: Vec<[f64; 3]> = if pairs == 0 {
+        let unit_points: Vec<[f64; 3]> = if pairs == 0 {
             vec![[0.0; 3]]
         } else {
             (0..pairs)
@@ -82,23 +82,23 @@ impl Bulb {
                     let across = (1.0 - z * z).sqrt();
                     // The golden angle.
                     let (sine, cosine) = libm::sincos(2.399_963_229_728_653 * f64_from_usize(pair));
-                    let place = [across * cosine, across * sine, z];
-                    [place, place.map(|x| -x)]
+                    let unit_point = [across * cosine, across * sine, z];
+                    [unit_point, unit_point.map(|x| -x)]
                 })
                 .collect()
         };
-        let share = 1.0 / f64_from_usize(places.len());
+        let share = 1.0 / f64_from_usize(unit_points.len());
         let intensity = intensity.map(|band| f32_nearest(band * share));
         let radius_m = SHELL * f64::from(self.radius_m);
-        for place in places {
-            let at = |axis: usize| f32_nearest(f64::from(self.centre_m[axis]) + radius_m * place[axis]);
+        for unit_point in unit_points {
+            let at = |axis: usize| f32_nearest(f64::from(self.centre_m[axis]) + radius_m * unit_point[axis]);
             points.push(BulbPoint { bulb: *self, position_m: [at(0), at(1), at(2)], intensity, material });
         }
     }
 }
 
 impl BulbPoint {
-    /// Irradiance over intensity at a place with a normal, the share that the cone leaves of it, and the share of the way at which a ray
+    /// Irradiance over intensity at a point with a normal, the share that the cone leaves of it, and the share of the way at which a ray
     /// enters the ball; none from within the ball.
     pub fn toward(&self, origin_m: [f32; 3], normal: [f32; 3]) -> Option<(f64, f32, f32)> {
         let wide = |v: [f32; 3]| v.map(f64::from);

@@ -100,7 +100,7 @@ impl Bvh {
         self.nodes.push(EMPTY);
         // Depth first, so that a traversal of the near side reads neighbouring lines.
         let mut open = vec![(0_usize, 0_usize)];
-        while let Some((source, place)) = open.pop() {
+        while let Some((source, node_index)) = open.pop() {
             let mut node = EMPTY;
             // A root that is a block is the only child of its node.
             let children = if choices.is_block(source) { vec![source] } else { choices.children(source) };
@@ -119,7 +119,7 @@ impl Bvh {
                     self.nodes.push(EMPTY);
                 }
             }
-            self.nodes[place] = node;
+            self.nodes[node_index] = node;
         }
     }
 }

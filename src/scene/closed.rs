@@ -1,7 +1,7 @@
 //! Closed surfaces of two-sided material: no light reaches their insides, so they are taken for one-sided.
 //!
 //! Editors export materials as two-sided unless told otherwise. A bake spends rays on the inside of every crate, and takes samples of
-//! the floor under the crate for dark places in the open, since nothing tells an unlit room from the inside of a thing.
+//! the floor under the crate for dark ones in the open, since nothing tells an unlit room from the inside of a thing.
 
 use glam::DVec3;
 
@@ -50,8 +50,8 @@ struct Surface {
 
 /// All surfaces, by their least coordinate along x.
 fn surfaces(mesh: &Mesh, stops_light: impl Fn(&Material) -> bool) -> Vec<Surface> {
-    let place_of = places(mesh);
-    let corners = |triangle: usize| mesh.triangles[triangle].map(|corner| place_of[index(corner)]);
+    let position_of = position_ids(mesh);
+    let corners = |triangle: usize| mesh.triangles[triangle].map(|corner| position_of[index(corner)]);
     let mut roots: Vec<u32> = (0..u32_from(mesh.vertices.len())).collect();
     for triangle in 0..mesh.triangles.len() {
         let [a, b, c] = corners(triangle);
@@ -133,29 +133,29 @@ impl Surface {
 }
 
 /// A number for each vertex, the same for all at one position.
-fn places(mesh: &Mesh) -> Vec<u32> {
+fn position_ids(mesh: &Mesh) -> Vec<u32> {
     // Adding 0 makes -0 and 0 equal.
     let bits = |vertex: u32| mesh.vertices[index(vertex)].position_m.map(|x| (x + 0.0).to_bits());
     let mut order: Vec<u32> = (0..u32_from(mesh.vertices.len())).collect();
     order.sort_unstable_by_key(|&vertex| (bits(vertex), vertex));
-    let mut place_of = vec![0; order.len()];
+    let mut position_of = vec![0; order.len()];
     for same in order.chunk_by(|&a, &b| bits(a) == bits(b)) {
-        same.iter().for_each(|&vertex| place_of[index(vertex)] = same[0]);
+        same.iter().for_each(|&vertex| position_of[index(vertex)] = same[0]);
     }
-    place_of
+    position_of
 }
 
-/// The root of a place's tree in a disjoint-set forest; paths are halved on the way.
-fn root(roots: &mut [u32], mut place: u32) -> u32 {
-    while roots[index(place)] != place {
-        roots[index(place)] = roots[index(roots[index(place)])];
-        place = roots[index(place)];
+/// The root of a position's tree in a disjoint-set forest; paths are halved on the way.
+fn root(roots: &mut [u32], mut position: u32) -> u32 {
+    while roots[index(position)] != position {
+        roots[index(position)] = roots[index(roots[index(position)])];
+        position = roots[index(position)];
     }
-    place
+    position
 }
 
 fn join(roots: &mut [u32], a: u32, b: u32) {
-    let [a, b] = [a, b].map(|place| root(roots, place));
+    let [a, b] = [a, b].map(|position| root(roots, position));
     roots[index(a.max(b))] = a.min(b);
 }
 

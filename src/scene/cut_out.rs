@@ -2,7 +2,7 @@
 //! coordinates.
 //!
 //! glTF's alpha mode MASK: a point is either there or not. Coverage is taken at full resolution, bilinear; antialiasing is left to the rays
-//! of a pixel, which fall on and beside the edge. BLEND: a ray passes by chance, as often as coverage says, by a draw that its place
+//! of a pixel, which fall on and beside the edge. BLEND: a ray passes by chance, as often as coverage says, by a draw that the hit point
 //! decides (hashed alpha testing, Wyman and McGuire, I3D 2017), so that the mean over rays is the blend, in any order of surfaces.
 //! Panes pass rays by chance too, by transmission and Fresnel's reflectance; a ray that they stop is mirrored (`lit/gloss`).
 
@@ -116,11 +116,11 @@ fn neighbours(coordinate: f32, count: u32, wrap: Wrap) -> (usize, usize, f32) {
     let x = folded * f32_from_u32(count) - 0.5;
     let first = i32_truncated_f32(x.floor());
     let count = i32::try_from(count).unwrap_or(i32::MAX);
-    let place = |at: i32| {
+    let texel_index = |at: i32| {
         let inside = if wrap == Wrap::Repeat { at.rem_euclid(count) } else { at.clamp(0, count - 1) };
         usize::try_from(inside).unwrap_or(0)
     };
-    (place(first), place(first + 1), (x - f32_from_i32(first)).clamp(0.0, 1.0))
+    (texel_index(first), texel_index(first + 1), (x - f32_from_i32(first)).clamp(0.0, 1.0))
 }
 
 #[cfg(test)]

@@ -190,16 +190,16 @@ impl Environment {
     /// The direction of the brightest texel, the first of equals.
     fn brightest(&self) -> [f32; 3] {
         let bright = |texel: &Bands| luminance(texel.map(f64::from));
-        let (mut place, mut most) = (0, -1.0);
+        let (mut brightest, mut most) = (0, -1.0);
         for (number, texel) in self.map.texels.iter().enumerate() {
             if bright(texel) > most {
-                (place, most) = (number, bright(texel));
+                (brightest, most) = (number, bright(texel));
             }
         }
         let width = index(self.map.width);
         let middle = |at: usize| f64_from_usize(at) + 0.5;
         let (u, v) =
-            (middle(place % width) / f64_from_usize(width), middle(place / width) / f64::from(self.map.height));
+            (middle(brightest % width) / f64_from_usize(width), middle(brightest / width) / f64::from(self.map.height));
         self.direction(u, v)
     }
 
@@ -215,7 +215,7 @@ impl Environment {
         let wanted = (across - across.floor()) * in_row;
         let column = sums.partition_point(|&sum| sum <= wanted).min(width - 1);
         let left = if column == 0 { 0.0 } else { sums[column - 1] };
-        // The places within a texel are as even as the strata that led to it.
+        // The points within a texel are as even as the strata that led to it.
         let part = |of: f64, whole: f64| if whole > 0.0 { (of / whole).clamp(0.0, 1.0) } else { 0.5 };
         let x = f64_from_usize(column) + part(wanted - left, sums[column] - left);
         let y = f64_from_usize(row) + part(share - before, in_row);
@@ -315,8 +315,8 @@ impl PointMap {
                 let texel = self.texels[index(row * self.width + column)].map(f64::from);
                 let bright = luminance(texel);
                 let kept = if bright > aimed_over { aimed_over / bright } else { 1.0 };
-                let place = (row * height / self.height) * width + column * width / self.width;
-                let (sum, weight) = &mut sums[index(place)];
+                let soft_texel = (row * height / self.height) * width + column * width / self.width;
+                let (sum, weight) = &mut sums[index(soft_texel)];
                 for band in 0..BANDS {
                     sum[band] += texel[band] * kept * solid;
                 }
@@ -333,7 +333,7 @@ impl PointMap {
         let (left, above) = (x.floor(), y.floor());
         let (fx, fy) = (x - left, y - above);
         let (column, row) = (i32_truncated_f32(left), i32_truncated_f32(above));
-        let corner = |column: i32, row: i32| &self.texels[self.place(column, row)];
+        let corner = |column: i32, row: i32| &self.texels[self.texel_index(column, row)];
         let (a, b) = (corner(column, row), corner(column + 1, row));
         let (c, d) = (corner(column, row + 1), corner(column + 1, row + 1));
         std::array::from_fn(|band| {
@@ -343,7 +343,7 @@ impl PointMap {
         })
     }
 
-    fn place(&self, column: i32, row: i32) -> usize {
+    fn texel_index(&self, column: i32, row: i32) -> usize {
         let [width, height] = [self.width, self.height].map(|edge| i32::try_from(edge).unwrap_or(i32::MAX));
         let (row, half) = match row {
             row if row < 0 => (-1 - row, width / 2),

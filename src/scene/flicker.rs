@@ -32,23 +32,23 @@ pub struct Flicker {
     pub frequency_hz: f64,
     /// Share of the light that follows the waveform, 0 to 1; the rest is steady.
     pub modulation: f64,
-    /// Place in the period at time 0 of the run.
+    /// Phase at time 0 of the run.
     pub phase_deg: f64,
 }
 
-/// Spans shorter than this share of a period have the level of their start: the difference of two places in a period would be mostly
+/// Spans shorter than this share of a period have the level of their start: the difference of two phases would be mostly
 /// rounding, and the level changes by less than 1e-7 meanwhile (a PWM edge within the span apart).
 const INSTANT_PERIODS: f64 = 1e-9;
 
-/// Places in a period at which bounds over a length are looked for.
+/// Phases at which bounds over a length are looked for.
 const BOUND_STEPS: u32 = 1024;
 
 impl Flicker {
     /// Mean level over a span of run time; 1 is the mean over all time. Whole periods are counted as integers, so what
     /// is left of a late time is as exact as the time itself.
     pub fn level(&self, span: Span) -> f32 {
-        let (whole, from) = self.place(span.start_s);
-        let (whole_end, to) = self.place(span.end_s);
+        let (whole, from) = self.phase(span.start_s);
+        let (whole_end, to) = self.phase(span.end_s);
         let periods = (whole_end - whole) + (to - from);
         if periods < INSTANT_PERIODS {
             return f32_nearest(self.mixed(self.at(from)));
@@ -91,34 +91,34 @@ impl Flicker {
         1.0 - self.modulation + self.modulation * level
     }
 
-    /// Whole periods before a time, and the place in the present one, 0 to 1. Whole seconds are taken apart, because their
+    /// Whole periods before a time, and the phase in the present one, 0 to 1. Whole seconds are taken apart, because their
     /// product with a frequency of few digits is exact.
-    fn place(&self, t_s: f64) -> (f64, f64) {
+    fn phase(&self, t_s: f64) -> (f64, f64) {
         let seconds = t_s.floor();
         let coarse = self.frequency_hz * seconds;
         let rest = (coarse - coarse.floor()) + self.frequency_hz * (t_s - seconds) + self.phase_deg / 360.0;
         (coarse.floor() + rest.floor(), rest - rest.floor())
     }
 
-    /// Level at a place of the period.
-    fn at(&self, place: f64) -> f64 {
+    /// Level at a phase.
+    fn at(&self, phase: f64) -> f64 {
         match self.waveform {
-            Waveform::Sine => 1.0 + libm::sin(2.0 * PI * place),
-            Waveform::RectifiedSine => FRAC_PI_2 * libm::sin(PI * place),
-            Waveform::Pwm { duty } if place < duty => 1.0 / duty,
+            Waveform::Sine => 1.0 + libm::sin(2.0 * PI * phase),
+            Waveform::RectifiedSine => FRAC_PI_2 * libm::sin(PI * phase),
+            Waveform::Pwm { duty } if phase < duty => 1.0 / duty,
             Waveform::Pwm { .. } => 0.0,
         }
     }
 
     /// Integral of the level from the start of the period, 1 at its end.
-    fn since_start(&self, place: f64) -> f64 {
+    fn since_start(&self, phase: f64) -> f64 {
         match self.waveform {
             Waveform::Sine => {
-                let half_turns = libm::sin(PI * place);
-                place + half_turns * half_turns / PI
+                let half_turns = libm::sin(PI * phase);
+                phase + half_turns * half_turns / PI
             }
-            Waveform::RectifiedSine => 0.5 * (1.0 - libm::cos(PI * place)),
-            Waveform::Pwm { duty } => lesser(greater(place, 0.0), duty) / duty,
+            Waveform::RectifiedSine => 0.5 * (1.0 - libm::cos(PI * phase)),
+            Waveform::Pwm { duty } => lesser(greater(phase, 0.0), duty) / duty,
         }
     }
 
@@ -154,7 +154,7 @@ mod tests {
                 let mut sum = 0.0;
                 for step in 0..steps {
                     let t_s = start_s + length_s * (f64::from(step) + 0.5) / f64::from(steps);
-                    sum += flicker.mixed(flicker.at(flicker.place(t_s).1));
+                    sum += flicker.mixed(flicker.at(flicker.phase(t_s).1));
                 }
                 let level = flicker.level(Span { start_s, end_s: start_s + length_s });
                 // Midpoints: a step at a PWM edge (up to 20 edges, of height 3.3) errs by half a step each; smooth parts by 1e-9.

@@ -113,7 +113,7 @@ fn content(bytes: &[u8], units: &FileUnits, read: Read<'_>) -> Result<Content, S
         container.document.default_scene().or_else(|| container.document.scenes().next()).ok_or("it has no scene")?;
     let mut reader = reader::Reader::new(&container, &buffers, kinds, mesh, tracks, notes);
     for node in scene.nodes() {
-        reader.node(&node, &node::NodePlace::root(units.world_from_file()), 0)?;
+        reader.node(&node, &node::NodeTransform::root(units.world_from_file()), 0)?;
     }
     Ok(reader.content())
 }

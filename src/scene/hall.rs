@@ -59,7 +59,7 @@ pub fn hall(pictures: HallPictures) -> Mesh {
     for end in [-1.0, 1.0] {
         end_wall(&mut builder, &stuff, end);
     }
-    furniture::place(&mut builder, &stuff);
+    furniture::build(&mut builder, &stuff);
     builder.mesh
 }
 

@@ -1,7 +1,7 @@
 //! Pictures as the scene that a camera looks at, as in the paper. Reads PNG or OpenEXR files with times, and returns linear light in
 //! lux-equivalents and how long each picture counts for an exposure.
 //!
-//! A picture has no geometry: it is light by direction, seen from one place at one time. So the only parallax inside an exposure is
+//! A picture has no geometry: it is light by direction, seen from one point at one time. So the only parallax inside an exposure is
 //! that between neighbouring pictures, nothing is known between their times, and nothing is above their white.
 //!
 //! Value 1.0 is the exitance of a white surface under the scenario's illuminance. Files are read and decoded when an exposure
@@ -185,7 +185,7 @@ impl ImageStream {
             let Some(idle) = cache.iter().position(|(known, _)| !numbers.contains(known)) else { break };
             cache.remove(idle);
         }
-        let decoded = collected(missing.len(), |place| self.decode(missing[place]));
+        let decoded = collected(missing.len(), |missing_index| self.decode(missing[missing_index]));
         for (number, picture) in missing.iter().zip(decoded) {
             let picture = picture?;
             if picture.size() != self.size {

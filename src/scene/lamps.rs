@@ -1,4 +1,4 @@
-//! Emissive surfaces. Places the points on emissive triangles that shadow rays are aimed at.
+//! Emissive surfaces. Distributes the points that shadow rays are aimed at over emissive triangles.
 //!
 //! All samples of a bake aim at the same points. So neighbours differ only by visibility, not by random draws: light without
 //! shadows is smooth, and a penumbra has as many steps as its lamp has points.
@@ -213,10 +213,10 @@ fn shines_out(piece: &Piece, mesh: &Mesh, bvh: &Bvh) -> bool {
     ends.into_iter().any(|end| end == MISS || !mesh.is_emissive(index(end)))
 }
 
-/// Names the draws of places within strata.
+/// Names the draws of points within strata.
 const STRATA: u64 = 0x7374_7261;
 
-/// Points of one group: the piece by strata of power, the place in a piece by its own strata where it holds several.
+/// Points of one group: the piece by strata of power, the point in a piece by its own strata where it holds several.
 fn spread(group: &[Piece], count: usize, key: DrawKey, points: &mut Vec<LampPoint>) {
     let total: f64 = group.iter().map(|piece| piece.weight).sum();
     let (mut number, mut before) = (0, 0.0);

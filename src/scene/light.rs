@@ -11,7 +11,7 @@ use crate::num::{f64_from_usize, index, u32_truncated};
 /// Bands of a render: red, green, blue, near infrared.
 pub const BANDS: usize = 4;
 
-/// Place of the near infrared among the bands.
+/// Index of the near infrared among the bands.
 pub const INFRARED: usize = 3;
 
 /// One number a band.

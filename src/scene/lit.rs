@@ -25,7 +25,7 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 
 use super::bake::aims::Aims;
-use super::bake::rays::Place;
+use super::bake::rays::Receiver;
 use super::bake::{Bake, BakeSettings};
 use super::flicker::Flicker;
 use super::geometry::Scene;
@@ -97,7 +97,7 @@ impl Scene {
         let aims = Aims::new(self, METER_LAMP_RAYS, METER_RAYS);
         let baked = [bake.irradiance.as_slice(), bake.flickering.as_slice()];
         let [steady, flickering] =
-            self.light_at(&Place { at_m: at, normal: up, sides: 1 }, &aims, baked, 1.0, &[]).by_group;
+            self.light_at(&Receiver { at_m: at, normal: up, sides: 1 }, &aims, baked, 1.0, &[]).by_group;
         std::array::from_fn(|band| steady[band] + flickering[band])
     }
 
@@ -105,8 +105,8 @@ impl Scene {
     pub fn direct_light_at(&self, at_m: DVec3) -> f64 {
         let (at, up) = (at_m.to_array().map(f32_nearest), [0.0, 1.0, 0.0]);
         let aims = Aims::new(self, 256, 1_024);
-        let place = Place { at_m: at, normal: up, sides: 1 };
-        let [steady, flickering] = self.light_at(&place, &aims, [&[], &[]], 1.0, &[]).by_group;
+        let receiver = Receiver { at_m: at, normal: up, sides: 1 };
+        let [steady, flickering] = self.light_at(&receiver, &aims, [&[], &[]], 1.0, &[]).by_group;
         luminance(steady) + luminance(flickering)
     }
 
@@ -248,7 +248,7 @@ impl LitScene {
         self.flicker.map_or([1.0; 2], |flicker| flicker.bounds_over(length_s))
     }
 
-    /// Whether light was followed over surfaces, so that no place is dark that another one lights.
+    /// Whether light was followed over surfaces, so that no point is dark that another one lights.
     pub fn has_bounces(&self) -> bool {
         self.bounces
     }
@@ -313,19 +313,19 @@ impl LitScene {
         }
     }
 
-    /// Lux-equivalents between three places: samples with their side.
+    /// Lux-equivalents between three sample sides.
     #[inline(always)]
     fn irradiance_of(&self, around: [(usize, f32); 3], lamp_level: f32) -> Bands {
         let mut irradiance = [0.0_f32; BANDS];
-        for (place, weight) in around {
-            let light = self.irradiance_lux[place];
+        for (sample_side, weight) in around {
+            let light = self.irradiance_lux[sample_side];
             for band in 0..BANDS {
                 irradiance[band] += light[band] * weight;
             }
         }
         if !self.flickering_lux.is_empty() {
-            for (place, weight) in around {
-                let light = self.flickering_lux[place];
+            for (sample_side, weight) in around {
+                let light = self.flickering_lux[sample_side];
                 for band in 0..BANDS {
                     irradiance[band] += light[band] * (weight * lamp_level);
                 }
@@ -414,11 +414,11 @@ impl LitScene {
             let glow_level = if self.scene.flickers(shade.material) { levels[1] } else { 1.0 };
             let glow = glows[index(shade.material)].map(|glow| f64::from(glow) * glow_level);
             for (back, sample) in shade.sides() {
-                let place = 2 * sample + back;
-                let light = self.irradiance_lux[place];
-                let flickering = self.flickering_lux.get(place).copied().unwrap_or([0.0; BANDS]);
+                let sample_side = 2 * sample + back;
+                let light = self.irradiance_lux[sample_side];
+                let flickering = self.flickering_lux.get(sample_side).copied().unwrap_or([0.0; BANDS]);
                 let shadows =
-                    self.shadows.as_ref().map_or([[0.0; BANDS]; 2], |shadows| shadows.changes(place, levels[1]));
+                    self.shadows.as_ref().map_or([[0.0; BANDS]; 2], |shadows| shadows.changes(sample_side, levels[1]));
                 for band in 0..BANDS {
                     let [least, greatest] = [0, 1].map(|end| {
                         let light = f64::from(light[band]) + f64::from(flickering[band]) * levels[end];

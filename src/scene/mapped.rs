@@ -5,7 +5,7 @@ use super::mesh::{Material, Mesh};
 use super::texture::Footprint;
 use crate::num::{f32_from_u32, index};
 
-/// Places along each side of a triangle at which its emission is looked up.
+/// Points along each side of a triangle at which its emission is looked up.
 const EMISSION_STEPS: u32 = 8;
 
 impl Mesh {
@@ -20,22 +20,22 @@ impl Mesh {
         let steps = f32_from_u32(EMISSION_STEPS);
         let texels = texels2.sqrt() / steps;
         let mut sum = [0.0; BANDS];
-        let mut places = 0_u32;
+        let mut points = 0_u32;
         // Middles of the small triangles that parallels to its sides cut it into: those that stand as it does, and those between.
         for (row, column) in
             (0..EMISSION_STEPS).flat_map(|row| (0..EMISSION_STEPS - row).map(move |column| (row, column)))
         {
             for third in [1.0_f32, 2.0] {
-                let [u, v] = [column, row].map(|place| (f32_from_u32(place) + third / 3.0) / steps);
+                let [u, v] = [column, row].map(|step| (f32_from_u32(step) + third / 3.0) / steps);
                 if u + v < 1.0 {
                     let uv = [0, 1].map(|axis| a[axis] + (b[axis] - a[axis]) * u + (c[axis] - a[axis]) * v);
                     let colour = texture.colour(uv, texels);
                     (0..BANDS).for_each(|band| sum[band] += colour[band]);
-                    places += 1;
+                    points += 1;
                 }
             }
         }
-        std::array::from_fn(|band| sum[band] / f32_from_u32(places) * factors[band])
+        std::array::from_fn(|band| sum[band] / f32_from_u32(points) * factors[band])
     }
 
     /// Radiance at weights of a triangle's second and third corner.

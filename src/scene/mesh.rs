@@ -352,10 +352,10 @@ impl Holes for Mesh {
     }
 }
 
-/// A number from 0 to 1, below 1, that looks random from place to place.
+/// A number from 0 to 1, below 1, that looks random from point to point.
 fn draw_at(triangle: u32, u: f32, v: f32) -> f32 {
-    let place = u64::from(u.to_bits()) << 32 | u64::from(v.to_bits());
-    let bits = mix(mix(place).wrapping_add(u64::from(triangle)));
+    let point_bits = u64::from(u.to_bits()) << 32 | u64::from(v.to_bits());
+    let bits = mix(mix(point_bits).wrapping_add(u64::from(triangle)));
     f32_from_u32(low_u32(bits >> 40)) / 16_777_216.0
 }
 

@@ -12,15 +12,15 @@ use crate::num::{greater, index, lesser};
 pub fn distance_m(bvh: &Bvh, [low_m, high_m]: [DVec3; 2]) -> f64 {
     let mut nearest_m = f64::INFINITY;
     let mut open = vec![(0.0, 0_u32)];
-    while let Some((at_least_m, place)) = open.pop() {
+    while let Some((at_least_m, node_or_block)) = open.pop() {
         if at_least_m >= nearest_m {
             continue;
         }
-        if place & IS_BLOCK != 0 {
-            nearest_m = lesser(nearest_m, to_block_m(&bvh.blocks[index(place & !IS_BLOCK)], [low_m, high_m]));
+        if node_or_block & IS_BLOCK != 0 {
+            nearest_m = lesser(nearest_m, to_block_m(&bvh.blocks[index(node_or_block & !IS_BLOCK)], [low_m, high_m]));
             continue;
         }
-        let node = &bvh.nodes[index(place)];
+        let node = &bvh.nodes[index(node_or_block)];
         let first = open.len();
         for child in 0..CHILDREN {
             let away_m = to_child_m(node, child, [low_m, high_m]);

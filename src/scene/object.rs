@@ -22,7 +22,7 @@ pub const OBJECTS_MAX: usize = 256;
 /// Balls that cover a shape at most.
 const BALLS_MAX: f64 = 12.0;
 
-/// Instants of a span at which an object's place is asked for.
+/// Instants of a span at which an object's pose is asked for.
 const INSTANTS: usize = 9;
 /// Share of its motion by which an object may stray between these instants.
 const STRAY: f64 = 0.25;
@@ -232,9 +232,9 @@ impl MovingObject {
             self.world_from_object(span.start_s + span.length_s() * share)
         });
         let around = |&(middle_m, radius_m): &(DVec3, f64)| {
-            let places = poses.map(|pose| pose.point(middle_m));
-            let middle_m = places[INSTANTS / 2];
-            let strays_m = places.iter().fold(0.0, |most, position_m| greater(most, position_m.distance(middle_m)));
+            let middles_m = poses.map(|pose| pose.point(middle_m));
+            let middle_m = middles_m[INSTANTS / 2];
+            let strays_m = middles_m.iter().fold(0.0, |most, position_m| greater(most, position_m.distance(middle_m)));
             (middle_m.to_array().map(f32_nearest), f32_nearest(radius_m + (1.0 + STRAY) * strays_m))
         };
         (around(&self.ball_m), self.balls_m.iter().map(around).collect())
@@ -253,7 +253,7 @@ impl MovingObject {
         Ok(speed + turn_rad_per_s * self.reach_m() + self.limits.speed_m_per_s)
     }
 
-    /// Distance of its farthest point from the place that its motion moves.
+    /// Distance of its farthest point from the point that its motion moves.
     fn reach_m(&self) -> f64 {
         self.ball_m.0.length() + self.ball_m.1 + self.limits.reach_m
     }

@@ -93,8 +93,8 @@ pub fn roof(number: u64) -> Texture {
     painted(|x, y| {
         let row = y / 32;
         let shifted = (x + 16 * (row % 2)) % EDGE;
-        let place = |at: u32| i32::try_from(at % 32).expect("below 32");
-        let (dx, dy) = (place(shifted) - 16, place(y));
+        let in_tile = |at: u32| i32::try_from(at % 32).expect("below 32");
+        let (dx, dy) = (in_tile(shifted) - 16, in_tile(y));
         let tint = draw(key, u64::from(row) << 32 | u64::from(shifted / 32), 50) - 25;
         // The lower end is a half circle; outside it the tile below is in shadow.
         let below = dy > 20 && dx * dx + (dy - 20) * (dy - 20) > 140;
@@ -126,9 +126,9 @@ pub fn leaves(number: u64) -> (Texture, CutOut) {
                     continue;
                 }
                 let rib = if v.abs() < 40 { 30 } else { v.abs() / 20 - 10 };
-                let place = usize::try_from(y * edge + x).expect("within the picture");
-                codes[place] = [66, 104, 38].map(|code| u8_clipped(code + tint + rib));
-                coverage[place] = 255;
+                let texel = usize::try_from(y * edge + x).expect("within the picture");
+                codes[texel] = [66, 104, 38].map(|code| u8_clipped(code + tint + rib));
+                coverage[texel] = 255;
             }
         }
     }
@@ -156,8 +156,8 @@ fn cloud(key: DrawKey, x: u32, y: u32) -> i32 {
 fn noise(key: DrawKey, x: u32, y: u32, cell: u32) -> i32 {
     let cells = EDGE / cell;
     let at = |x: u32, y: u32| {
-        let place = u64::from(x % cells) << 32 | u64::from(y % cells);
-        i32::from(low_u8(low_u32(key.with(place).0 >> 16) & 0xFF)) - 128
+        let corner = u64::from(x % cells) << 32 | u64::from(y % cells);
+        i32::from(low_u8(low_u32(key.with(corner).0 >> 16) & 0xFF)) - 128
     };
     let (cx, cy) = (x / cell, y / cell);
     let whole = i32::try_from(cell).expect("cells are small");

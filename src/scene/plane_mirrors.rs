@@ -92,14 +92,14 @@ impl PlaneMirror {
         }
     }
 
-    /// The mirror with its normal on the side of a place; none where it shows the place its black back.
+    /// The mirror with its normal on the side of a point; none where it shows the point its black back.
     pub fn facing(self, at_m: [f32; 3]) -> Option<Self> {
         let height_m = self.height_m(at_m);
         let turned = || Self { normal: self.normal.map(|along| -along), offset_m: -self.offset_m, ..self };
         if height_m > 0.0 { Some(self) } else { (height_m < 0.0 && self.is_two_sided).then(turned) }
     }
 
-    /// Distance of a place from the plane, below 0 behind it.
+    /// Distance of a point from the plane, below 0 behind it.
     pub fn height_m(&self, at_m: [f32; 3]) -> f32 {
         dot(self.normal, at_m) - self.offset_m
     }

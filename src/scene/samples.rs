@@ -1,4 +1,4 @@
-//! Places on surfaces where irradiance is known, and for each triangle the places to interpolate between.
+//! Points on surfaces where irradiance is known, and for each triangle the points to interpolate between.
 //!
 //! Small triangles have a sample at each vertex; a large one has a grid of samples ("mesh colours"). Each sample has two
 //! sides: the side of its normal, then the back.
@@ -31,7 +31,7 @@ const NORMAL_SECTORS: f32 = 2.0;
 /// Samples at the rim of a grid stand this share of a step inside, so that they do not lie in the neighbouring wall.
 const RIM_STEPS: f32 = 0.1;
 
-/// A place on a surface where irradiance is baked.
+/// A point on a surface where irradiance is baked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IrradianceSample {
     /// Metres.
@@ -114,20 +114,20 @@ impl ShadeTriangle {
     /// The sample of a grid at the given steps from its first corner towards the second and towards the third.
     #[inline(always)]
     pub fn grid_sample(&self, column: u32, row: u32) -> u32 {
-        self.samples[0] + grid_place(self.grid_steps, column, row)
+        self.samples[0] + grid_index(self.grid_steps, column, row)
     }
 }
 
-/// Place of a grid's sample among the grid's samples: rows of falling length.
+/// Index of a grid's sample among the grid's samples: rows of falling length.
 #[inline(always)]
-fn grid_place(steps: u32, column: u32, row: u32) -> u32 {
+fn grid_index(steps: u32, column: u32, row: u32) -> u32 {
     row * (2 * steps + 3 - row) / 2 + column
 }
 
 /// All samples and triangles of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
-    /// Places.
+    /// The samples.
     pub samples: Vec<IrradianceSample>,
     /// One for each triangle of the mesh.
     pub triangles: Vec<ShadeTriangle>,
@@ -152,9 +152,9 @@ impl Layout {
                     let known = &mut sample_of_vertex[index(corner)];
                     if *known == u32::MAX {
                         let vertex = &mesh.vertices[index(corner)];
-                        let place = (cell(vertex), shade.material);
+                        let key = (cell(vertex), shade.material);
                         *known = *sample_of_cell
-                            .entry(place)
+                            .entry(key)
                             .or_insert_with(|| layout.push_vertex(mesh, corner, &shade, spacing_m));
                     }
                     *known
@@ -291,11 +291,11 @@ mod tests {
     #[test]
     fn grid_weights_reproduce_the_point_and_stay_in_range() {
         let steps = 7;
-        let mut places = Vec::new();
+        let mut points = Vec::new();
         for row in 0..=steps {
             for column in 0..=(steps - row) {
-                assert_eq!(index(grid_place(steps, column, row)), places.len());
-                places.push([f32_from_u32(column) / 7.0, f32_from_u32(row) / 7.0]);
+                assert_eq!(index(grid_index(steps, column, row)), points.len());
+                points.push([f32_from_u32(column) / 7.0, f32_from_u32(row) / 7.0]);
             }
         }
         let shade = ShadeTriangle {
@@ -311,9 +311,9 @@ mod tests {
             for j in 0..=(100 - i) {
                 let (u, v) = (f32_from_u32(i) / 100.0, f32_from_u32(j) / 100.0);
                 let (mut x, mut y, mut sum) = (0.0, 0.0, 0.0);
-                for (place, weight) in shade.around(u, v) {
-                    x += places[place][0] * weight;
-                    y += places[place][1] * weight;
+                for (sample, weight) in shade.around(u, v) {
+                    x += points[sample][0] * weight;
+                    y += points[sample][1] * weight;
                     sum += weight;
                 }
                 // Weights are differences of numbers up to 7 (rounding 7 * 2^-24 each, three of them).

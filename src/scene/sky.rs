@@ -111,7 +111,7 @@ impl Sky {
         let texels = raw
             .iter()
             .enumerate()
-            .map(|(place, texel)| if place < half { grey(f64::from(texel[0]) * scale) } else { grey(ground) })
+            .map(|(number, texel)| if number < half { grey(f64::from(texel[0]) * scale) } else { grey(ground) })
             .collect();
         let disc = Sun { direction: sun.map(f32_nearest), normal_irradiance: grey(direct) };
         Environment::from_sky(SIZE, texels, (direct > 0.0).then_some(disc))
@@ -137,7 +137,7 @@ fn horizontal_lux(texels: &[Bands]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::bake::aims::Aims;
-    use super::super::bake::rays::Place;
+    use super::super::bake::rays::Receiver;
     use super::super::bake::shadow_rays::aimed_light;
     use super::super::mesh::{Material, Mesh};
     use super::super::texture::Footprint;
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sun_is_met_at_its_place_and_nowhere_else() {
+    fn the_sun_is_met_in_its_direction_and_nowhere_else() {
         let sky = sky(SkyKind::Clear, 12, 45.0);
         let environment = sky.environment();
         let towards = DVec3::from_array(sky.sun_direction());
@@ -251,8 +251,8 @@ mod tests {
             for step in -15..=15 {
                 let radii = f64::from(step) / 10.0;
                 let at_m = [f32_nearest(radii * half_width_m), 0.0, 0.0];
-                let place = [Place { at_m, normal: [0.0, 1.0, 0.0], sides: 1 }];
-                let light = aimed_light(&scene, &place, &aims, &[])[0][0].all[0][0];
+                let receiver = [Receiver { at_m, normal: [0.0, 1.0, 0.0], sides: 1 }];
+                let light = aimed_light(&scene, &receiver, &aims, &[])[0][0].all[0][0];
                 let expected = seen_share(radii);
                 assert!((light - expected).abs() < bound, "{points} points, {radii} radii: {light}, disc {expected}");
                 tried += 1;

@@ -20,7 +20,7 @@ pub fn street(wood: Texture) -> Mesh {
     let mut builder = Builder::default();
     let stuff = stuff(&mut builder, wood);
     surroundings(&mut builder, &stuff);
-    verge::place(&mut builder, &stuff);
+    verge::build(&mut builder, &stuff);
     builder.mesh
 }
 

@@ -56,8 +56,8 @@ impl Surroundings {
         if !self.sky.iter().copied().chain(glows).chain([self.lamps]).all(|value| value.is_finite() && value >= 0.0) {
             return Err(refuse("light is finite and at least 0".to_owned()));
         }
-        let places = self.panels.iter().flat_map(|panel| panel.corners_m).flatten();
-        if !places.into_iter().all(|x| x.is_finite() && x.abs() < 1e6) {
+        let coordinates = self.panels.iter().flat_map(|panel| panel.corners_m).flatten();
+        if !coordinates.into_iter().all(|x| x.is_finite() && x.abs() < 1e6) {
             return Err(refuse("corners of panels are finite and below 1e6 m".to_owned()));
         }
         for (number, panel) in self.panels.iter().enumerate() {

@@ -29,14 +29,14 @@ const ONE: f32 = 65_535.0;
 /// Look-ups along the longer axis of a footprint at most.
 pub const TAPS_MAX: u32 = 8;
 
-/// What a look-up averages over: an ellipse, as places in a row and a level of the mip chain. Lengths are texels of the finest level.
+/// What a look-up averages over: an ellipse, as taps in a row and a level of the mip chain. Lengths are texels of the finest level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Footprint {
     /// From the point of the look-up to the ellipse's middle.
     pub shift_texels: [f32; 2],
-    /// From place to place.
+    /// From tap to tap.
     pub step_texels: [f32; 2],
-    /// Places, 1 to `TAPS_MAX`.
+    /// Taps, 1 to `TAPS_MAX`.
     pub taps: u32,
     /// Area of the level's texels: 1 for the finest level, 4 for the next.
     pub area_texels2: f32,
@@ -164,22 +164,22 @@ impl Texture {
         mean
     }
 
-    /// Sum of one level over the places of a footprint, without the infrared. All places are found at once, whether asked for or not.
+    /// Sum of one level over the taps of a footprint, without the infrared. All taps are found at once, whether asked for or not.
     #[inline(always)]
     fn taps(&self, level: usize, uv: [f32; 2], footprint: &Footprint) -> Bands {
         let level = &self.levels[level];
         let back = 0.5 * (f32_from_u32(footprint.taps) - 1.0);
-        let mut places = [[0; TAPS]; 2];
+        let mut first_texels = [[0; TAPS]; 2];
         let mut shares = [[0.0; TAPS]; 2];
         for axis in 0..2 {
             let step = footprint.step_texels[axis] * self.per_size[axis];
             let first = uv[axis] + footprint.shift_texels[axis] * self.per_size[axis] - back * step;
-            (places[axis], shares[axis]) = places_of(first, step, level.size[axis], self.wrap[axis]);
+            (first_texels[axis], shares[axis]) = first_texels_of(first, step, level.size[axis], self.wrap[axis]);
         }
         let stride = level.width + 2;
         let mut from = [0; TAPS];
         for tap in 0..TAPS {
-            from[tap] = places[1][tap] * stride + places[0][tap];
+            from[tap] = first_texels[1][tap] * stride + first_texels[0][tap];
         }
         let mut sum = [0.0; 4];
         for tap in 0..index(footprint.taps).min(TAPS) {
@@ -219,8 +219,8 @@ impl Texture {
     #[inline(always)]
     fn bilinear(&self, level: usize, uv: [f32; 2]) -> Bands {
         let level = &self.levels[level];
-        let (x0, x1, fx) = place(uv[0], level.width, self.wrap[0]);
-        let (y0, y1, fy) = place(uv[1], level.height, self.wrap[1]);
+        let (x0, x1, fx) = texel_pair(uv[0], level.width, self.wrap[0]);
+        let (y0, y1, fy) = texel_pair(uv[1], level.height, self.wrap[1]);
         let stride = index(level.width) + 2;
         let (top, bottom) = ((y0 + 1) * stride + 1, (y1 + 1) * stride + 1);
         let [a, b, c, d] = [top + x0, top + x1, bottom + x0, bottom + x1].map(|at| level.texel(at));
@@ -234,7 +234,7 @@ impl Texture {
     }
 }
 
-/// Places of a row at most, as a number of lanes.
+/// Taps of a row at most, as a number of lanes.
 const TAPS: usize = 8;
 
 const _: () = assert!(index(TAPS_MAX) == TAPS);
@@ -243,12 +243,12 @@ const _: () = assert!(index(TAPS_MAX) == TAPS);
 #[inline(always)]
 fn between(texels: &[u16], from: u32, stride: u32, [fx, fy]: [f32; 2]) -> Bands {
     let (from, stride) = (COLOURS * index(from), COLOURS * index(stride));
-    // Places are never beyond the rim; a square that ended there would be black.
+    // Taps are never beyond the rim; a square that ended there would be black.
     let Some(square) = texels.get(from..from + stride + 8) else { return [0.0; 4] };
     let (above, below) = (floats_of_pair(square), floats_of_pair(&square[stride..]));
     let mut pair = [0.0; 8];
-    for place in 0..8 {
-        pair[place] = above[place] + (below[place] - above[place]) * fy;
+    for component in 0..8 {
+        pair[component] = above[component] + (below[component] - above[component]) * fy;
     }
     let mut out = [0.0; 4];
     for band in 0..4 {
@@ -262,8 +262,8 @@ fn between(texels: &[u16], from: u32, stride: u32, [fx, fy]: [f32; 2]) -> Bands 
 fn floats_of_pair(texels: &[u16]) -> [f32; 8] {
     let Some(pair) = texels.first_chunk::<8>() else { return [0.0; 8] };
     let mut out = [0.0; 8];
-    for place in 0..8 {
-        out[place] = f32::from(pair[place]);
+    for component in 0..8 {
+        out[component] = f32::from(pair[component]);
     }
     out
 }
@@ -277,9 +277,9 @@ fn whole(value: f32) -> f32 {
     (value + TO_WHOLE) - TO_WHOLE
 }
 
-/// A row of places along one axis of a level with its rim: the first texel of each pair and the weight of the second, 0 to 1.
+/// A row of taps along one axis of a level with its rim: the first texel of each pair and the weight of the second, 0 to 1.
 #[inline(always)]
-fn places_of(first: f32, step: f32, size: f32, wrap: Wrap) -> ([u32; TAPS], [f32; TAPS]) {
+fn first_texels_of(first: f32, step: f32, size: f32, wrap: Wrap) -> ([u32; TAPS], [f32; TAPS]) {
     let mut at = [0.0; TAPS];
     for tap in 0..TAPS {
         at[tap] = first + step * TAP_NUMBERS[tap];
@@ -298,17 +298,17 @@ fn places_of(first: f32, step: f32, size: f32, wrap: Wrap) -> ([u32; TAPS], [f32
         }
         Wrap::Clamp => {}
     }
-    let (mut places, mut shares) = ([0; TAPS], [0.0; TAPS]);
+    let (mut first_texels, mut shares) = ([0; TAPS], [0.0; TAPS]);
     for tap in 0..TAPS {
         let at = if at[tap] > 0.0 { at[tap] } else { 0.0 };
         let at = if at < 1.0 { at } else { 1.0 };
         // Half a texel back to the first one's middle, and one on over the rim.
-        let place = at * size + 0.5;
-        let base = (place - 0.5) + TO_WHOLE;
-        places[tap] = base.to_bits().wrapping_sub(TO_WHOLE.to_bits());
-        shares[tap] = place - (base - TO_WHOLE);
+        let at_texels = at * size + 0.5;
+        let base = (at_texels - 0.5) + TO_WHOLE;
+        first_texels[tap] = base.to_bits().wrapping_sub(TO_WHOLE.to_bits());
+        shares[tap] = at_texels - (base - TO_WHOLE);
     }
-    (places, shares)
+    (first_texels, shares)
 }
 
 const TAP_NUMBERS: [f32; TAPS] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
@@ -325,7 +325,7 @@ fn quantised(value: f64) -> u16 {
 
 /// Two neighbouring texel indices along one axis and the weight of the second.
 #[inline(always)]
-fn place(coordinate: f32, count: u32, wrap: Wrap) -> (usize, usize, f32) {
+fn texel_pair(coordinate: f32, count: u32, wrap: Wrap) -> (usize, usize, f32) {
     let size = f32_from_u32(count);
     let folded = match wrap {
         Wrap::Repeat => coordinate - coordinate.floor(),

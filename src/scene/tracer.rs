@@ -21,7 +21,7 @@ use rays::{Courses, Rays};
 /// Nodes still to be traversed. One stack serves many packets, because clearing it costs more than a short traversal.
 pub struct Stack {
     /// Children by node and slot.
-    places: [u32; OPEN_MAX],
+    children: [u32; OPEN_MAX],
     /// No ray enters before this.
     entries: [f32; OPEN_MAX],
 }
@@ -30,7 +30,7 @@ impl Stack {
     /// An empty one.
     #[inline(always)]
     pub fn new() -> Self {
-        Self { places: [0; OPEN_MAX], entries: [0.0; OPEN_MAX] }
+        Self { children: [0; OPEN_MAX], entries: [0.0; OPEN_MAX] }
     }
 }
 
@@ -73,9 +73,9 @@ impl Kernel for Walk<'_> {
 #[inline(always)]
 fn descend<const SHARED: bool>(bvh: &Bvh, search: &Search, rays: &Rays, stack: &mut Stack, hits: &mut Hits) {
     let mut t_most = hits.t.most();
-    let (mut place, mut depth) = (0, 0);
+    let (mut node_index, mut depth) = (0, 0);
     loop {
-        depth = enter(&bvh.nodes[index(place)], place, rays, t_most, stack, depth);
+        depth = enter(&bvh.nodes[index(node_index)], node_index, rays, t_most, stack, depth);
         loop {
             if depth == 0 {
                 return;
@@ -84,14 +84,14 @@ fn descend<const SHARED: bool>(bvh: &Bvh, search: &Search, rays: &Rays, stack: &
             if stack.entries[depth] > t_most {
                 continue;
             }
-            let (node, slot) = (stack.places[depth] >> 3, index(stack.places[depth] & 7));
+            let (node, slot) = (stack.children[depth] >> 3, index(stack.children[depth] & 7));
             let parent = &bvh.nodes[index(node)];
             if !any_enters(rays, parent, slot, hits.t) {
                 continue;
             }
             let child = parent.child[slot];
             if child & IS_BLOCK == 0 {
-                place = child;
+                node_index = child;
                 break;
             }
             if block::meet::<SHARED>(rays, search, &bvh.blocks[index(child ^ IS_BLOCK)], bvh.pad_m, hits) {
@@ -104,7 +104,7 @@ fn descend<const SHARED: bool>(bvh: &Bvh, search: &Search, rays: &Rays, stack: &
 /// Puts those children of a node on the stack that any ray may enter before `t_most`, the nearest on top. A lane's distances to
 /// planes never leave those of the span, because rounding is monotone; so no ray loses a hit by what the others do.
 #[inline(always)]
-fn enter(node: &Node, place: u32, rays: &Rays, t_most: f32, stack: &mut Stack, depth: usize) -> usize {
+fn enter(node: &Node, node_index: u32, rays: &Rays, t_most: f32, stack: &mut Stack, depth: usize) -> usize {
     let span = &rays.span;
     let (mut entry, mut exit) = (Eight::splat(span.t_min), Eight::splat(t_most));
     for axis in 0..3 {
@@ -124,11 +124,11 @@ fn enter(node: &Node, place: u32, rays: &Rays, t_most: f32, stack: &mut Stack, d
         let mut hole = top;
         while hole > depth && stack.entries[hole - 1] < at {
             stack.entries[hole] = stack.entries[hole - 1];
-            stack.places[hole] = stack.places[hole - 1];
+            stack.children[hole] = stack.children[hole - 1];
             hole -= 1;
         }
         stack.entries[hole] = at;
-        stack.places[hole] = place << 3 | slot;
+        stack.children[hole] = node_index << 3 | slot;
         top += 1;
     }
     top

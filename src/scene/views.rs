@@ -1,4 +1,4 @@
-//! Looks for places from which a camera sees much of a scene: at the file's own cameras, inside its bounds, and around them.
+//! Looks for positions from which a camera sees much of a scene: at the file's own cameras, inside its bounds, and around them.
 
 use glam::{DQuat, DVec3};
 
@@ -15,11 +15,11 @@ const GRID: [usize; 2] = [16, 12];
 pub const FOV_RAD: f64 = 0.5 * std::f64::consts::PI;
 /// Height of a picture over its width.
 const HEIGHT: f64 = 0.75;
-/// Places inside the bounds along x, y and z.
+/// Positions inside the bounds along x, y and z.
 const INSIDE: [usize; 3] = [7, 3, 7];
-/// Directions from each place inside, and places around the bounds.
+/// Directions from each position inside, and positions around the bounds.
 const TURNS: usize = 12;
-/// Heights of the places around, as angles.
+/// Heights of the positions around, as angles.
 const ELEVATIONS_DEG: [f64; 3] = [5.0, 20.0, 40.0];
 /// A surface nearer than this share of the scene's size fills the picture with next to nothing.
 const NEAR: f64 = 0.01;
@@ -53,7 +53,7 @@ impl SceneBox {
     }
 }
 
-/// A place to look from.
+/// A pose to look from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraView {
     /// Where it comes from: a camera of the file by name, or found here.
@@ -81,7 +81,7 @@ pub fn looking(yaw_rad: f64, pitch_rad: f64) -> DQuat {
 }
 
 /// The best views of a scene, the best first: the file's cameras that see something, then those that are found: around a thing, and inside
-/// and around a place. Views that are found stand apart from each other.
+/// and around a room or a landscape. Views that are found stand apart from each other.
 pub fn best(scene: &Scene, count: usize) -> Vec<CameraView> {
     let extent = SceneBox::of(scene);
     let named = |view: &Viewpoint| {
@@ -234,7 +234,7 @@ pub fn packet_of(world_from_camera: &Pose, bearing: impl Fn(usize) -> DVec3) -> 
     packet
 }
 
-/// What a camera of some angle across sees from a place.
+/// What a camera of some angle across sees from a pose.
 pub fn judged(
     scene: &Scene,
     extent: &SceneBox,
@@ -275,8 +275,8 @@ pub fn judged(
     let all = f64_from_usize(count);
     let (covered, behind) = (f64_from_usize(distances_m.len()) / all, f64_from_usize(behind) / all);
     let at = |share: f64| {
-        let place = index(crate::num::u32_truncated(share * f64_from_usize(distances_m.len())));
-        distances_m.get(place.min(distances_m.len().saturating_sub(1))).copied().unwrap_or(f64::INFINITY)
+        let rank = index(crate::num::u32_truncated(share * f64_from_usize(distances_m.len())));
+        distances_m.get(rank.min(distances_m.len().saturating_sub(1))).copied().unwrap_or(f64::INFINITY)
     };
     let nearest_m = at(0.0);
     let is_near = at(0.1) < NEAR * extent.size_m().length();
@@ -308,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn a_thing_is_seen_from_around_it_and_a_place_from_within() {
+    fn a_thing_is_seen_from_around_it_and_a_yard_from_within() {
         let mut mesh = Mesh::default();
         mesh.materials.push(Material::plain("box", [0.5; 3]));
         for corners_m in cube([-0.1; 3], [0.1; 3], false) {
@@ -318,8 +318,8 @@ mod tests {
         let views = best(&thing, 4);
         assert!(views.len() == 4 && views.iter().all(|view| view.world_from_camera.translation_m.length() > 0.25));
         mesh.append_quad(0, [[-4.0, -0.1, 4.0], [4.0, -0.1, 4.0], [4.0, -0.1, -4.0], [-4.0, -0.1, -4.0]], [1.0, 1.0]);
-        let place = Scene::new("yard", mesh, [0.0; 4]).unwrap();
-        assert!(has_floor(&place, &SceneBox::of(&place)) && !has_floor(&thing, &SceneBox::of(&thing)));
+        let yard = Scene::new("yard", mesh, [0.0; 4]).unwrap();
+        assert!(has_floor(&yard, &SceneBox::of(&yard)) && !has_floor(&thing, &SceneBox::of(&thing)));
     }
 
     #[test]

@@ -6,14 +6,14 @@ pub fn digits(value: f64) -> String {
     if size == 0.0 {
         "0".to_owned()
     } else if (1e-3..1e6).contains(&size) {
-        let places = if size >= 100.0 {
+        let decimals = if size >= 100.0 {
             1
         } else if size >= 1.0 {
             3
         } else {
             5
         };
-        format!("{value:.places$}")
+        format!("{value:.decimals$}")
     } else {
         format!("{value:.3e}")
     }

@@ -89,11 +89,11 @@ fn verdict_section(verdicts: &[PointVerdict]) -> String {
 fn picture_section(interaction: &Interaction) -> String {
     let title = escaped(&format!("{} by {}", interaction.label(), interaction.by));
     let picture = picture::svg(interaction).unwrap_or_default();
-    let row = |(place, level): (usize, &String)| {
+    let row = |(at, level): (usize, &String)| {
         let of = |series: &LevelMeans| {
             let one = |value: &Option<MeanEstimate>| value.as_ref().map_or_else(|| "<td></td>".to_owned(), ends_cell);
-            let ratio = interaction.base.as_ref().map_or_else(String::new, |_| one(&series.ratios[place]));
-            one(&series.means[place]) + &ratio
+            let ratio = interaction.base.as_ref().map_or_else(String::new, |_| one(&series.ratios[at]));
+            one(&series.means[at]) + &ratio
         };
         format!("<tr><td>{}</td>{}</tr>", escaped(level), interaction.series.iter().map(of).collect::<String>())
     };
@@ -137,7 +137,7 @@ fn effect_part(effect: &FactorEffect, figure: &str) -> String {
         escaped(&effect.factor)
     );
     let points: Option<Vec<(f64, &MeanEstimate)>> =
-        effect.levels.iter().map(|(_, place, value)| Some(((*place)?, value))).collect();
+        effect.levels.iter().map(|(_, position, value)| Some(((*position)?, value))).collect();
     let picture = points.map_or_else(String::new, |points| {
         let means = points.iter().map(|(x, value)| (*x, value.mean)).collect();
         let bars = points
@@ -181,7 +181,7 @@ fn differences(all: &[LevelDifference]) -> String {
 fn front_section(pair: &[String; 2], points: &[FrontPoint]) -> String {
     let runs = |is_on: bool| {
         let chosen = points.iter().filter(|point| point.is_on_front == is_on);
-        vec![chosen.map(|point| (point.place[0].mean, point.place[1].mean)).collect::<Vec<_>>()]
+        vec![chosen.map(|point| (point.figures[0].mean, point.figures[1].mean)).collect::<Vec<_>>()]
     };
     let title = format!("{} against {}", pair[1], pair[0]);
     let (x_label, y_label) = (label(&pair[0]), label(&pair[1]));
@@ -192,14 +192,14 @@ fn front_section(pair: &[String; 2], points: &[FrontPoint]) -> String {
     ];
     let mut sorted: Vec<&FrontPoint> =
         points.iter().filter(|point| point.is_on_front || point.share_on_front > 0.05).collect();
-    sorted.sort_by(|a, b| a.place[0].mean.total_cmp(&b.place[0].mean));
+    sorted.sort_by(|a, b| a.figures[0].mean.total_cmp(&b.figures[0].mean));
     let row = |point: &&FrontPoint| {
         let share = 100.0 * point.share_on_front;
         format!(
             "<tr><td>{}</td>{}{}<td class=\"n\">{share:.0} %</td></tr>",
             escaped(&point.name),
-            ends_cell(&point.place[0]),
-            ends_cell(&point.place[1])
+            ends_cell(&point.figures[0]),
+            ends_cell(&point.figures[1])
         )
     };
     format!(

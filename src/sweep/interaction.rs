@@ -105,8 +105,8 @@ impl Interaction {
         let name = |series: &LevelMeans| if series.name.is_empty() { "all".to_owned() } else { series.name.clone() };
         let heads: Vec<String> = self.series.iter().map(name).collect();
         let mut text = format!("| {} | {} |\n|{}\n", self.by, heads.join(" | "), "---|".repeat(1 + heads.len()));
-        for (place, level) in self.levels.iter().enumerate() {
-            let cells: Vec<String> = self.series.iter().map(|series| shown(of(series)[place].as_ref())).collect();
+        for (at, level) in self.levels.iter().enumerate() {
+            let cells: Vec<String> = self.series.iter().map(|series| shown(of(series)[at].as_ref())).collect();
             text.push_str(&format!("| {level} | {} |\n", cells.join(" | ")));
         }
         text

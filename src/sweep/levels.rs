@@ -9,7 +9,7 @@ use crate::statistics::mean;
 const LEVELS_MAX: usize = 12;
 /// These classes.
 const CLASSES: usize = 6;
-/// Levels of a factor: name, place on an axis where it is a number, rows.
+/// Levels of a factor: name, position on an axis where it is a number, rows.
 pub type Levels = Vec<(String, Option<f64>, Vec<usize>)>;
 
 pub fn figures(table: &Table, name: &str) -> Vec<Option<f64>> {
@@ -23,10 +23,10 @@ pub fn figures(table: &Table, name: &str) -> Vec<Option<f64>> {
 pub fn levels(table: &Table, factor: &str) -> Levels {
     let Some(column) = table.column(factor) else { return Vec::new() };
     let mut found: Vec<(String, Option<f64>, Vec<usize>)> = Vec::new();
-    let mut place: BTreeMap<String, usize> = BTreeMap::new();
+    let mut index_of: BTreeMap<String, usize> = BTreeMap::new();
     for row in 0..table.rows {
         let text = column.values.text(row);
-        let number = *place.entry(text.clone()).or_insert_with(|| {
+        let number = *index_of.entry(text.clone()).or_insert_with(|| {
             found.push((text, column.values.number(row), Vec::new()));
             found.len() - 1
         });

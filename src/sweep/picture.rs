@@ -23,7 +23,7 @@ const COLOURS: [RGBColor; 6] = [
 pub fn svg(interaction: &Interaction) -> Option<String> {
     let estimates = || interaction.series.iter().flat_map(|series| series.means.iter().flatten());
     let ends = |estimate: &MeanEstimate| estimate.interval.unwrap_or([estimate.mean; 2]);
-    // A logarithmic axis has no place for what is not above zero.
+    // A logarithmic axis cannot show what is not above zero.
     let low = estimates().map(|one| if interaction.y_log { lowest(one) } else { ends(one)[0] }).reduce(lesser)?;
     let high = estimates().map(|one| ends(one)[1]).reduce(greater)?;
     let is_log = interaction.y_log && low > 0.0;
@@ -45,7 +45,7 @@ fn lowest(estimate: &MeanEstimate) -> f64 {
 }
 
 /// The right corner that is further from the last means.
-fn legend_place(interaction: &Interaction) -> SeriesLabelPosition {
+fn legend_position(interaction: &Interaction) -> SeriesLabelPosition {
     let means =
         |series: &super::interaction::LevelMeans| series.means.iter().flatten().map(|one| one.mean).collect::<Vec<_>>();
     let all: Vec<f64> = interaction.series.iter().flat_map(means).collect();
@@ -109,7 +109,7 @@ where
     if interaction.series.iter().any(|series| !series.name.is_empty()) {
         chart
             .configure_series_labels()
-            .position(legend_place(interaction))
+            .position(legend_position(interaction))
             .background_style(WHITE.mix(0.85))
             .border_style(BLACK.mix(0.3))
             .label_font(("sans-serif", 14))

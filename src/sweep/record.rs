@@ -196,11 +196,11 @@ mod tests {
         let record = CellRecord { cell: "ab".to_owned(), figures, ..CellRecord::default() };
         let bytes = record.to_bytes();
         assert_eq!(CellRecord::from_bytes(&bytes), Some(record));
-        for place in 0..bytes.len() {
+        for at in 0..bytes.len() {
             let mut flipped = bytes.clone();
-            flipped[place] ^= 1;
-            assert_eq!(CellRecord::from_bytes(&flipped), None, "byte {place}");
-            assert_eq!(CellRecord::from_bytes(&bytes[..place]), None, "cut to {place}");
+            flipped[at] ^= 1;
+            assert_eq!(CellRecord::from_bytes(&flipped), None, "byte {at}");
+            assert_eq!(CellRecord::from_bytes(&bytes[..at]), None, "cut to {at}");
         }
     }
 

@@ -29,7 +29,7 @@ const FIGURES: [&str; 6] = [
 /// Pareto fronts where a sweep file names none.
 const FRONTS: [[&str; 2]; 2] = [["energy.power_mw", "tracking.ate_m"], ["bandwidth.link_bits_per_s", "tracking.ate_m"]];
 
-/// Resamples of the replicates that say how sure a place on a front is.
+/// Resamples of the replicates that say how sure it is that a point is on a front.
 const RESAMPLES: u64 = 400;
 
 /// The page of a gathered sweep. Fails on a figure that no cell has; a sweep without a finished cell.
@@ -99,12 +99,12 @@ fn effect(table: &Table, factor: &str, figure: &str) -> FactorEffect {
     let values = figures(table, figure);
     let levels: Vec<(String, Option<f64>, Vec<f64>)> = levels(table, factor)
         .into_iter()
-        .map(|(name, place, rows)| (name, place, rows.into_iter().filter_map(|row| values[row]).collect()))
+        .map(|(name, position, rows)| (name, position, rows.into_iter().filter_map(|row| values[row]).collect()))
         .collect();
     let first_order = first_order(&levels.iter().map(|(_, _, values)| values.as_slice()).collect::<Vec<_>>());
     let levels = levels
         .into_iter()
-        .filter_map(|(name, place, values)| Some((name, place, MeanEstimate::of(&values)?)))
+        .filter_map(|(name, position, values)| Some((name, position, MeanEstimate::of(&values)?)))
         .collect();
     FactorEffect { factor: factor.to_owned(), levels, first_order }
 }
@@ -154,13 +154,13 @@ pub fn front(table: &Table, pair: [&str; 2]) -> Vec<FrontPoint> {
     let values = pair.map(|name| figures(table, name));
     let factors: Vec<&str> = names(table, Role::Factor);
     let mut points: Vec<(String, Vec<[f64; 2]>)> = Vec::new();
-    let mut place: BTreeMap<String, usize> = BTreeMap::new();
+    let mut index_of: BTreeMap<String, usize> = BTreeMap::new();
     for row in 0..table.rows {
         let (Some(x), Some(y)) = (values[0][row], values[1][row]) else { continue };
         let shown =
             factors.iter().filter_map(|name| Some(format!("{name} = {}", table.column(name)?.values.text(row))));
         let name = shown.collect::<Vec<_>>().join(", ");
-        let number = *place.entry(name.clone()).or_insert_with(|| {
+        let number = *index_of.entry(name.clone()).or_insert_with(|| {
             points.push((name, Vec::new()));
             points.len() - 1
         });
@@ -185,7 +185,7 @@ pub fn front(table: &Table, pair: [&str; 2]) -> Vec<FrontPoint> {
         .filter_map(|((name, runs), (is_on_front, count))| {
             let of = |axis: usize| MeanEstimate::of(&runs.iter().map(|run| run[axis]).collect::<Vec<_>>());
             let share_on_front = f64::from(count) / crate::num::f64_from_u64(RESAMPLES);
-            Some(FrontPoint { name, place: [of(0)?, of(1)?], is_on_front, share_on_front })
+            Some(FrontPoint { name, figures: [of(0)?, of(1)?], is_on_front, share_on_front })
         })
         .collect()
 }

@@ -20,7 +20,7 @@ pub struct PointVerdict {
 pub struct FactorEffect {
     /// Name of the factor.
     pub factor: String,
-    /// Level, its place on an axis where it is a number, and the mean over all its cells.
+    /// Level, its position on an axis where it is a number, and the mean over all its cells.
     pub levels: Vec<(String, Option<f64>, MeanEstimate)>,
     /// Share of the figure's variance that the factor's levels explain by themselves: the first-order Sobol' index, estimated as the
     /// correlation ratio with the bias of equal classes taken away (Saltelli 2008, 4.6).
@@ -46,7 +46,7 @@ pub struct FrontPoint {
     /// Its factors in words.
     pub name: String,
     /// Both figures.
-    pub place: [MeanEstimate; 2],
+    pub figures: [MeanEstimate; 2],
     /// Whether no other point is better in both.
     pub is_on_front: bool,
     /// Share of resamples of the replicates in which it is.

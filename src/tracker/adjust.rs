@@ -149,14 +149,14 @@ impl Problem<'_> {
             let (pose, point) = (index(o.pose), index(o.point));
             let in_body_m = rotations[pose] * self.points_m[point] + self.poses[pose].translation_m;
             let camera = &self.cameras[index(o.camera.0)];
-            let place = (o.position_px, o.inverse_sigma);
-            let linear = linearise(camera, in_body_m, &o.row_from_frame, place);
+            let measured = (o.position_px, o.inverse_sigma);
+            let linear = linearise(camera, in_body_m, &o.row_from_frame, measured);
             let Some(Linear { error, mut by_pose, mut by_body, .. }) = linear else { continue };
             let weight = law.weight(error.length_squared());
             let mut transposed = rotations[pose].transpose();
             if let Some(first) = prior.and_then(|prior| prior.first_estimate(o.pose)) {
                 let in_body_m = first.point(self.points_m[point]);
-                if let Some(first_linear) = linearise(camera, in_body_m, &o.row_from_frame, place) {
+                if let Some(first_linear) = linearise(camera, in_body_m, &o.row_from_frame, measured) {
                     (by_pose, by_body) = (first_linear.by_pose, first_linear.by_body);
                     transposed = DMat3::from_quat(first.rotation).transpose();
                 }
@@ -335,7 +335,7 @@ mod tests {
         vec![camera(-0.03), camera(0.04)]
     }
 
-    /// Two free poses, one held, 30 points, and exact places.
+    /// Two free poses, one held, 30 points, and exact positions.
     fn problem(cameras: &[RigCamera]) -> Problem<'_> {
         let number = |n: u32, k: u32| f64::from((n * 7_919 + k * 104_729) % 1_000) / 500.0 - 1.0;
         let points_m: Vec<DVec3> =
@@ -373,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn exact_places_bring_disturbed_poses_and_points_back_and_the_gauge_stays() {
+    fn exact_positions_bring_disturbed_poses_and_points_back_and_the_gauge_stays() {
         let cameras = rig();
         let truth = problem(&cameras);
         let mut disturbed = truth.clone();
@@ -417,14 +417,14 @@ mod tests {
             let row_from_frame = se3_exp(Twist::from_array([0.01, 0.02, -0.01, 0.05, -0.02, 0.03]));
             let linear = linearise(camera, point_m, &row_from_frame, (DVec2::ZERO, 1.0)).unwrap();
             let (by_pose, by_point) = (linear.by_pose, linear.by_body);
-            let place = |point_m: DVec3| camera.project_with_jacobian(row_from_frame.point(point_m)).unwrap().0;
+            let project = |point_m: DVec3| camera.project_with_jacobian(row_from_frame.point(point_m)).unwrap().0;
             for k in 0..6 {
                 let mut twist = [0.0; 6];
                 twist[k] = h;
                 let ahead = se3_exp(Twist::from_array(twist)).point(point_m);
                 twist[k] = -h;
                 let behind = se3_exp(Twist::from_array(twist)).point(point_m);
-                let slope = (place(ahead) - place(behind)) / (2.0 * h);
+                let slope = (project(ahead) - project(behind)) / (2.0 * h);
                 for axis in 0..2 {
                     // Third derivatives below 1e3 px/m^3 times h^2 / 6, and rounding of 600 px * 2^-53 / h: 1e-8.
                     assert!((slope[axis] - by_pose[axis][k]).abs() < 1e-6, "axis {axis}, twist {k}");

@@ -26,7 +26,7 @@ named! {
         Waiting = "waiting",
         /// The map starts here; the pose is the identity by definition.
         Initialised = "initialised",
-        /// The pose follows from landmarks near their predicted places.
+        /// The pose follows from landmarks near their predicted positions.
         Tracked = "tracked",
         /// The pose was found by descriptors alone.
         Relocalised = "relocalised",
@@ -50,7 +50,7 @@ named! {
 pub struct Inlier {
     /// Camera of the rig.
     pub camera: CameraIndex,
-    /// Place in the camera's list of the frame.
+    /// Index in the camera's list of the frame.
     pub feature: u32,
     /// Number of the landmark (`Landmark::id`).
     pub landmark: u32,
@@ -91,7 +91,7 @@ pub struct TrackedFrame {
     /// The body's position at this frame, predicted from the frames before by constant velocity. `None` where fewer than two
     /// frames in a row were located before.
     pub predicted_position_m: Option<DVec3>,
-    /// Median over the inliers of the distance in pixels between a landmark's place predicted for this frame and the place
+    /// Median over the inliers of the distance in pixels between a landmark's position predicted for this frame and the position
     /// where it was found. `None` without prediction or inliers.
     pub innovation_px: Option<f64>,
     /// Single-picture position sigma given the map: standard deviation per axis in metres that the inliers of this picture leave, at the
@@ -107,16 +107,16 @@ pub struct TrackedFrame {
 }
 
 impl TrackedFrame {
-    /// What a report lists of the frame, given the status of the frame before: "initialised", "lost", "relocalised", "found" (near the
-    /// prediction again), "loop closed".
-    pub fn events(&self, before: Option<Status>) -> impl Iterator<Item = &'static str> {
+    /// What a report lists of the frame, given the status of the frame before: "initialised", "lost" with its reason, "relocalised",
+    /// "found" (near the prediction again), "loop closed".
+    pub fn events(&self, before: Option<Status>) -> impl Iterator<Item = (&'static str, Option<&'static str>)> {
         let event = match (before, self.status) {
-            (_, Status::Initialised | Status::Relocalised) => Some(self.status.name()),
-            (Some(Status::Lost), Status::Tracked) => Some("found"),
-            (before, Status::Lost) if before != Some(Status::Lost) => Some("lost"),
+            (_, Status::Initialised | Status::Relocalised) => Some((self.status.name(), None)),
+            (Some(Status::Lost), Status::Tracked) => Some(("found", None)),
+            (before, Status::Lost) if before != Some(Status::Lost) => Some(("lost", self.loss.map(LossReason::name))),
             _ => None,
         };
-        event.into_iter().chain(self.loop_closed.then_some("loop closed"))
+        event.into_iter().chain(self.loop_closed.then_some(("loop closed", None)))
     }
 }
 
@@ -150,8 +150,13 @@ mod tests {
         let mut before = None;
         let mut events = Vec::new();
         for (frame, status) in course.into_iter().enumerate() {
-            let answer = TrackedFrame { loop_closed: frame == 6, ..unlocated(0.0, status, TrackerWork::default()) };
-            events.extend(answer.events(before).map(|event| (frame, event)));
+            let loss = (status == Lost).then_some(LossReason::Uncertain);
+            let answer =
+                TrackedFrame { loss, loop_closed: frame == 6, ..unlocated(0.0, status, TrackerWork::default()) };
+            for (event, reason) in answer.events(before) {
+                assert_eq!(reason, (event == "lost").then_some(LossReason::Uncertain.name()));
+                events.push((frame, event));
+            }
             before = Some(status);
         }
         let found = [

@@ -68,7 +68,7 @@ pub fn matches(
     mutual(&forward, &backward, rule)
 }
 
-/// One measured direction to a point: the camera, where its body was, and the place on its picture.
+/// One measured direction to a point: the camera, where its body was, and the position in its picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray<'a> {
     pub camera: &'a RigCamera,
@@ -88,7 +88,7 @@ impl<'a> Ray<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct Fix {
     pub point_m: DVec3,
-    /// Greatest squared distance of a place from the point's projection, in units of the keypoints' scale.
+    /// Greatest squared distance of a position from the point's projection, in units of the keypoints' scale.
     pub miss2_px2: f64,
     /// Angle between the two rays at the point in radians.
     pub parallax_rad: f64,

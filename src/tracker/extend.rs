@@ -73,9 +73,9 @@ pub struct Growth<'a> {
     pub frame: u64,
 }
 
-/// Noise in the place of a new point's partner, in sigmas, that matching allows for.
+/// Noise in the position of a new point's partner, in sigmas, that matching allows for.
 const BAND_SIGMAS: f64 = 4.0;
-/// A new point whose places miss by more, in sigmas squared, is refused: the 95 % quantile of chi2 with 2.
+/// A new point whose positions miss by more, in sigmas squared, is refused: the 95 % quantile of chi2 with 2.
 const NEW_POINT_SIGMAS2: f64 = 5.991;
 /// A new point must be seen under an angle of this many sigmas, else its depth is not even known to a factor of 2.
 const PARALLAX_SIGMAS_MIN: f64 = 3.0;
@@ -83,7 +83,7 @@ const PARALLAX_SIGMAS_MIN: f64 = 3.0;
 const PARALLAX_RAD_MIN: f64 = 0.0175;
 /// Neighbours on the picture that vote on a stereo pair stand this near.
 const NEIGHBOUR_PX: f64 = 80.0;
-/// A neighbour agrees within this many sigmas of its place plus this share of its parallax: surfaces are mostly continuous.
+/// A neighbour agrees within this many sigmas of its position plus this share of its parallax: surfaces are mostly continuous.
 const NEIGHBOUR_SIGMAS: f64 = 5.0;
 const NEIGHBOUR_SHARE: f64 = 0.1;
 /// Least agreeing share of the neighbours. On tiles, false partners one or two tiles away scatter and lose this vote.

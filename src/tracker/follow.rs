@@ -181,7 +181,7 @@ impl Tracker {
         history.keyframe = LastKeyframe { frame: self.frame, world_from_body, landmarks: tracked + expected };
     }
 
-    /// Looks for an earlier visit of the place that the last keyframe sees, and bends the map where two keyframes agree on one.
+    /// Looks for an earlier visit of the location that the last keyframe sees, and bends the map where two keyframes agree on one.
     pub(super) fn close_loop(
         &mut self,
         (t_s, views): (f64, &[CameraKeypoints]),

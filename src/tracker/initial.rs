@@ -36,7 +36,7 @@ pub enum TwoViewModel {
 /// Limits of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoViewSettings {
-    /// Standard deviation of a bearing per axis in radians: that of a place in pixels over the focal length in pixels.
+    /// Standard deviation of a bearing per axis in radians: that of a position in pixels over the focal length in pixels.
     pub sigma_rad: f64,
     /// Samples drawn at most for each model.
     pub samples_max: u32,

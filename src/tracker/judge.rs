@@ -124,7 +124,7 @@ impl Tracker {
         located.inliers.iter().filter_map(|found| {
             let keypoint = &views[index(found.camera.0)].keypoints[found.keypoint];
             let landmark_m = state.at(keypoint.offset_s).point(self.map.landmarks[found.landmark].position_m);
-            let position_px = self.cameras[index(found.camera.0)].place(landmark_m)?;
+            let position_px = self.cameras[index(found.camera.0)].project_unclipped(landmark_m)?;
             Some((keypoint.position_px - position_px, keypoint))
         })
     }

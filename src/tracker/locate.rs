@@ -25,7 +25,7 @@ use crate::units::CameraIndex;
 pub const NARROW_PX: f64 = 6.0;
 /// The narrow search must find one in this many of the last frame's matches.
 const NARROW_SHARE: u32 = 2;
-/// Radius of the second search, around places predicted by the refined pose.
+/// Radius of the second search, around positions predicted by the refined pose.
 const SECOND_RADIUS_PX: f64 = 4.0;
 /// Squared error in sigmas up to which a found landmark supports the pose: the 99 % quantile of chi2 with 2.
 const GATE_SIGMAS2: f64 = 9.21;

@@ -35,7 +35,7 @@ pub struct Sighting {
     pub position_px: DVec2,
     /// One over the standard deviation per axis, in 1/px.
     pub inverse_sigma: f64,
-    /// From the time of the keyframe to that of the place's row, in seconds.
+    /// From the time of the keyframe to that of the position's row, in seconds.
     pub offset_s: f64,
 }
 
@@ -76,8 +76,8 @@ impl Landmark {
 
     /// Takes a sighting, unless it has one of the same keyframe and camera.
     pub(crate) fn see(&mut self, sighting: Sighting) {
-        let place = |s: &Sighting| (s.keyframe, s.camera);
-        if let Err(at) = self.sightings.binary_search_by_key(&place(&sighting), place) {
+        let key = |s: &Sighting| (s.keyframe, s.camera);
+        if let Err(at) = self.sightings.binary_search_by_key(&key(&sighting), key) {
             self.sightings.insert(at, sighting);
         }
     }
@@ -364,10 +364,10 @@ mod tests {
     use super::*;
     use crate::num::f64_from_u64;
 
-    /// Keyframes at these places along x; 20 landmarks seen by all of them, and 30 more by each of `alone` with its next one only.
-    fn map(places_m: &[f64], alone: &[u32]) -> Map {
+    /// Keyframes at these positions along x; 20 landmarks seen by all of them, and 30 more by each of `alone` with its next one only.
+    fn map(positions_m: &[f64], alone: &[u32]) -> Map {
         let mut map = Map::default();
-        for (t_s, &x_m) in places_m.iter().enumerate() {
+        for (t_s, &x_m) in positions_m.iter().enumerate() {
             let world_from_body = Pose::new(glam::DQuat::IDENTITY, DVec3::X * x_m);
             map.add_keyframe(f64_from_u64(crate::num::u64_from(t_s)), Moving::resting(world_from_body.inverse()));
         }
@@ -384,7 +384,7 @@ mod tests {
                 map.add_landmark(DVec3::Z, descriptor, keyframes.iter().copied().map(sighting).collect(), 0);
             }
         };
-        add((0..u32_from(places_m.len())).collect(), 20);
+        add((0..u32_from(positions_m.len())).collect(), 20);
         alone.iter().for_each(|&keyframe| add(vec![keyframe, keyframe + 1], 30));
         map
     }
@@ -395,8 +395,8 @@ mod tests {
 
     #[test]
     fn thinning_leaves_keyframes_that_span_the_way_and_the_last_two() {
-        let places_m: Vec<f64> = (0..12).map(|k| 0.02 * f64::from(k)).collect();
-        let mut dense = map(&places_m, &[]);
+        let positions_m: Vec<f64> = (0..12).map(|k| 0.02 * f64::from(k)).collect();
+        let mut dense = map(&positions_m, &[]);
         dense.thin(10, (0.1, 0.2));
         // A window of ten reaches back to the first once two are gone. Any two neighbours but one lie more than 0.1 m apart: six steps.
         let kept = numbers(&dense);

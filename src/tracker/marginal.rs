@@ -69,13 +69,13 @@ impl Prior {
     /// half at least).
     pub fn add_to(&self, poses: &[Pose], matrix: &mut [f64], side: &mut [f64]) {
         let n = side.len();
-        let places: Vec<usize> =
+        let indices: Vec<usize> =
             self.poses.iter().flat_map(|(pose, _)| (0..6).map(move |k| 6 * index(*pose) + k)).collect();
-        assert!(places.iter().all(|&place| place < n), "a prior speaks of free poses only");
+        assert!(indices.iter().all(|&at| at < n), "a prior speaks of free poses only");
         for (row, error) in self.root.iter().zip(self.errors(poses)) {
-            for (&a, &x) in places.iter().zip(row) {
+            for (&a, &x) in indices.iter().zip(row) {
                 side[a] += x * error;
-                for (&b, &y) in places.iter().zip(row) {
+                for (&b, &y) in indices.iter().zip(row) {
                     matrix[a * n + b] += x * y;
                 }
             }

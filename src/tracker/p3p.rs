@@ -115,8 +115,8 @@ mod tests {
     use crate::tracker::lie::so3_exp;
 
     /// A number in -1..1 of a case.
-    fn number(seed: u64, case: u64, place: u64) -> f64 {
-        2.0 * DrawKey::root(seed).with(case).with(place).uniform() - 1.0
+    fn number(seed: u64, case: u64, field: u64) -> f64 {
+        2.0 * DrawKey::root(seed).with(case).with(field).uniform() - 1.0
     }
 
     #[test]

@@ -9,9 +9,9 @@ pub struct TrackerParams {
     pub window: u32,
     /// Seed of the searches after loss.
     pub seed: u64,
-    /// Standard deviation of a full-size corner's place, per axis, in pixels; > 0.
+    /// Standard deviation of a full-size corner's position, per axis, in pixels; > 0.
     pub position_sigma_px: f64,
-    /// Radius around a predicted place within which a landmark is searched first, in pixels; > 0.
+    /// Radius around a predicted position within which a landmark is searched first, in pixels; > 0.
     pub search_radius_px: f64,
     /// The same where the first search fails; at least the first.
     pub search_radius_wide_px: f64,
@@ -41,7 +41,7 @@ pub struct TrackerParams {
     pub keyframes_max: u32,
     /// Bound of the map's memory in landmarks; at least 100.
     pub landmarks_max: u32,
-    /// Whether places seen again bend the map.
+    /// Whether locations seen again bend the map.
     pub loop_closing: bool,
     /// Whether rows are taken at their own times; else a frame's rows count as simultaneous.
     pub rolling_shutter: bool,
@@ -74,7 +74,7 @@ impl TrackerParams {
         }
     }
 
-    /// Weight of a place whose standard deviation is `scale` times that of a full-size corner, in 1/px.
+    /// Weight of a position whose standard deviation is `scale` times that of a full-size corner, in 1/px.
     pub(crate) fn inverse_sigma(&self, scale: f64) -> f64 {
         1.0 / (self.position_sigma_px * scale)
     }
@@ -116,6 +116,6 @@ impl TrackerParams {
     }
 }
 
-/// The noise of places is never taken for more than this many times the given one; where the start was proved by several views, for as many
-/// times what these have shown: the noise of its landmark and of the pose adds as much as its own.
+/// The noise of positions is never taken for more than this many times the given one; where the start was proved by several views, for as
+/// many times what these have shown: the noise of its landmark and of the pose adds as much as its own.
 pub const UNPROVEN_NOISE: f64 = 4.0;

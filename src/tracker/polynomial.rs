@@ -87,7 +87,7 @@ fn unit_roots(c: &[f64]) -> Vec<f64> {
     if c.len() < 2 { Vec::new() } else { separated(c, REACH, unit_roots, halved) }
 }
 
-/// The one root between two places of different sign: Newton where it at least halves the last step, else bisection.
+/// The one root between two arguments of different sign: Newton where it at least halves the last step, else bisection.
 fn halved(c: &[f64], derivative: &[f64], mut low: f64, mut high: f64) -> f64 {
     let low_is_negative = value(c, low) < 0.0;
     let (mut x, mut last) = (0.5 * (low + high), high - low);
@@ -113,12 +113,12 @@ fn halved(c: &[f64], derivative: &[f64], mut low: f64, mut high: f64) -> f64 {
     x
 }
 
-/// The polynomial at a place.
+/// The polynomial's value at `x`.
 pub fn value(coefficients: &[f64], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
 
-/// The one root between two places of different sign: Newton, with bisection where it leaves the bracket.
+/// The one root between two arguments of different sign: Newton, with bisection where it leaves the bracket.
 fn bracketed(c: &[f64], derivative: &[f64], mut low: f64, mut high: f64) -> f64 {
     let low_is_negative = value(c, low) < 0.0;
     let mut x = 0.5 * (low + high);

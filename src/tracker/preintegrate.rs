@@ -51,7 +51,7 @@ pub struct Noise {
 
 /// Covariances over rotation, velocity, position.
 pub type Matrix9 = SMatrix<f64, 9, 9>;
-/// Derivatives of a residual by one state: place (in the IMU's axes), turn, velocity, gyroscope bias, accelerometer bias.
+/// Derivatives of a residual by one state: position (in the IMU's axes), turn, velocity, gyroscope bias, accelerometer bias.
 pub type StateJacobian = SMatrix<f64, 15, 15>;
 /// Rotation, velocity, position, gyroscope bias, accelerometer bias.
 pub type Residual = SMatrix<f64, 15, 1>;
@@ -206,7 +206,7 @@ impl Preintegrated {
         self.covariance = carry * self.covariance * carry.transpose() + scaled * scaled.transpose();
     }
 
-    /// The same step with another point of the rigid body as its place, given in the unit's frame; velocities stay the unit's.
+    /// The same step with another point of the rigid body as its position, given in the unit's frame; velocities stay the unit's.
     #[must_use]
     pub fn at_point(mut self, point_m: DVec3) -> Self {
         self.position_m += self.rotation * point_m - point_m;

@@ -14,11 +14,11 @@ pub struct Observation {
     pub point: u32,
     /// Camera of the rig.
     pub camera: CameraIndex,
-    /// Place on its picture.
+    /// Position in its picture.
     pub position_px: DVec2,
-    /// One over the standard deviation of the place, per axis, in 1/px.
+    /// One over the standard deviation of the position, per axis, in 1/px.
     pub inverse_sigma: f64,
-    /// The body's motion from the time of its pose to that of the place's row.
+    /// The body's motion from the time of its pose to that of the position's row.
     pub row_from_frame: Pose,
 }
 

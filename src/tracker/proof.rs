@@ -263,7 +263,7 @@ mod tests {
     const VIEWS: usize = 5;
     const SIGMA_PX: f64 = 0.5;
 
-    /// A camera that moves 0.2 m and turns 0.1 rad past 100 points 2 to 4 m away; places off by the square root of three sigma at most.
+    /// A camera that moves 0.2 m and turns 0.1 rad past 100 points 2 to 4 m away; positions off by the square root of three sigma at most.
     /// Of `wrong` tracks of a hundred the last view shows something else.
     fn keypoints(camera: &RigCamera, key: DrawKey, wrong: u64) -> Vec<Vec<Keypoint>> {
         let view = |view: usize| {
@@ -278,8 +278,8 @@ mod tests {
                 let off = |axis: u64| {
                     SIGMA_PX * 3_f64.sqrt() * (2.0 * own.with(9 + u64_from(view)).with(axis).uniform() - 1.0)
                 };
-                let position_px =
-                    camera.place(pose.point(point_m)).expect("before the camera") + DVec2::new(off(0), off(1));
+                let position_px = camera.project_unclipped(pose.point(point_m)).expect("before the camera")
+                    + DVec2::new(off(0), off(1));
                 let bearing = camera.calibration.lens.unproject(position_px).expect("a pinhole");
                 let (descriptor, bearing_at_frame_time) = (Descriptor::new(&[0; 32]), bearing);
                 let (feature, offset_s, scale, octave) = (0, 0.0, 1.0, 0);
@@ -307,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn several_views_prove_a_motion_and_tell_the_noise_of_places() {
+    fn several_views_prove_a_motion_and_tell_the_noise_of_positions() {
         let mut tried = 0;
         let mut noise_px = Vec::new();
         for seed in 0..30 {

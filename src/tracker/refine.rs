@@ -26,9 +26,9 @@ pub struct PointMeasurement {
     pub point_in_world_m: DVec3,
     /// Where it was found.
     pub position_px: DVec2,
-    /// One over the standard deviation of the place, per axis, in 1/px.
+    /// One over the standard deviation of the position, per axis, in 1/px.
     pub inverse_sigma: f64,
-    /// From the time of the frame to that of the place's row, in seconds.
+    /// From the time of the frame to that of the position's row, in seconds.
     pub offset_s: f64,
 }
 
@@ -87,7 +87,7 @@ pub fn linearise(
     })
 }
 
-/// Degrees of freedom of Student's t that places of corners follow: their errors have a narrow middle and long tails. Measured in a
+/// Degrees of freedom of Student's t that positions of corners follow: their errors have a narrow middle and long tails. Measured in a
 /// furnished room: 0.33 px by the median, 0.47 px by the mean square.
 const TAIL_FREEDOM: f64 = 4.0;
 /// Median of the squared length of a bivariate t with 4 degrees of freedom and scale 1: (1 + x / 4)^-2 = 1/2.
@@ -95,9 +95,9 @@ const MEDIAN_TAILED2: f64 = 1.656_854;
 /// Its Fisher information per axis, (n + 2) / (n + 4), against that of a normal law of the same scale (Lange, Little, Taylor 1989).
 const TAILED_INFORMATION: f64 = (TAIL_FREEDOM + 2.0) / (TAIL_FREEDOM + 4.0);
 /// The scale of an error's square is kept within this, in sigmas squared: errors of a wrong start must not switch all weights off, and
-/// exact places none on.
+/// exact positions none on.
 const SCALE2_RANGE: [f64; 2] = [0.04, 16.0];
-/// How far a place is off, by where in its pixel the corner is: 0.16 px over photographs (docs/extractor.md), more over the faint
+/// How far a position is off, by where in its pixel the corner is: 0.16 px over photographs (docs/extractor.md), more over the faint
 /// corners of a dim room, of which 17 % in place of 6 % lie on whole pixels.
 pub const WITHIN_PIXEL_PX: f64 = 0.19;
 
@@ -115,11 +115,11 @@ impl StudentT {
         Self { scale2: (median / MEDIAN_TAILED2).clamp(SCALE2_RANGE[0], SCALE2_RANGE[1]) }
     }
 
-    /// The same, no narrower than some pixels. What a corner's place within its pixel adds, pictures at rest repeat and do not show;
+    /// The same, no narrower than some pixels. What a corner's position within its pixel adds, pictures at rest repeat and do not show;
     /// under a narrower law corners that stay where they are outvote those that follow a tremble.
     #[must_use]
     pub fn no_narrower(self, least_px: f64, inverse_sigmas: impl Iterator<Item = f64>) -> Self {
-        // Not beyond the assumed sigma, which whoever tracks exact places has set small.
+        // Not beyond the assumed sigma, which whoever tracks exact positions has set small.
         let least = least_px * inverse_sigmas.fold(0.0, greater);
         Self { scale2: greater(self.scale2, lesser(least * least, 1.0)) }
     }
@@ -176,10 +176,10 @@ impl ErrorModel {
     }
 }
 
-/// Squared error of a place, in sigmas, for a point of the body's frame at the row's time.
+/// Squared error of a position, in sigmas, for a point of the body's frame at the row's time.
 #[inline]
 pub fn error2(camera: &RigCamera, at_row_m: DVec3, (position_px, inverse_sigma): (DVec2, f64)) -> f64 {
-    camera.place(at_row_m).map_or(UNSEEN_SIGMAS2, |predicted_px| {
+    camera.project_unclipped(at_row_m).map_or(UNSEEN_SIGMAS2, |predicted_px| {
         ((position_px - predicted_px) * inverse_sigma).length_squared().clamp(0.0, UNSEEN_SIGMAS2)
     })
 }
@@ -202,7 +202,7 @@ pub struct FramePriors<'a> {
     pub rate: Option<&'a RatePrior>,
     /// Nothing where it is missing.
     pub pose: Option<&'a PosePrior>,
-    /// Places are off by no less than this.
+    /// Positions are off by no less than this.
     pub least_px: f64,
 }
 

@@ -1,6 +1,6 @@
 //! Calibrated rig and its observations. Converts decoded features to keypoints with bearings, and projects points.
 //!
-//! Places are pixels, points metres in the named frame, bearings unit vectors of a camera's frame.
+//! Positions are pixels, points metres in the named frame, bearings unit vectors of a camera's frame.
 
 use glam::{DMat3, DVec2, DVec3};
 
@@ -22,7 +22,7 @@ pub struct CameraCalibration {
     pub lens: Lens,
     /// Size of the full picture in pixels.
     pub size: Size,
-    /// Place of the camera on the body.
+    /// Pose of the camera on the body.
     pub body_from_camera: Pose,
 }
 
@@ -48,7 +48,7 @@ impl RigCamera {
         Self { calibration, camera_from_body, rotation, focal_px }
     }
 
-    /// A pinhole of VGA pictures at the body's place, with this principal point.
+    /// A pinhole of VGA pictures at the body's origin, with this principal point.
     #[cfg(test)]
     pub fn vga_pinhole([cx_px, cy_px]: [f64; 2]) -> Self {
         use crate::optics::lens::{Intrinsics, Mapping};
@@ -60,11 +60,11 @@ impl RigCamera {
 
     /// Projection of a point of the body's frame; `None` outside the lens' field or outside the picture.
     pub fn project(&self, point_in_body_m: DVec3) -> Option<DVec2> {
-        self.place(point_in_body_m).filter(|&position_px| self.contains(position_px))
+        self.project_unclipped(point_in_body_m).filter(|&position_px| self.contains(position_px))
     }
 
-    /// The place of [`RigCamera::project_with_jacobian`] alone, to the same bits.
-    pub fn place(&self, point_in_body_m: DVec3) -> Option<DVec2> {
+    /// The position of [`RigCamera::project_with_jacobian`] alone, to the same bits.
+    pub fn project_unclipped(&self, point_in_body_m: DVec3) -> Option<DVec2> {
         let point_m = self.rotation * point_in_body_m + self.camera_from_body.translation_m;
         if !self.may_see(point_m) {
             return None;
@@ -72,7 +72,7 @@ impl RigCamera {
         self.calibration.lens.project(point_m)
     }
 
-    /// Place and its derivative by the point in the body's frame (2 x 3, pixels a metre). Not limited to the picture, so
+    /// Position and its derivative by the point in the body's frame (2 x 3, pixels a metre). Not limited to the picture, so
     /// that a refinement can follow a point over the edge.
     #[inline]
     pub fn project_with_jacobian(&self, point_in_body_m: DVec3) -> Option<(DVec2, ProjectionJacobian)> {
@@ -116,9 +116,9 @@ impl RigCamera {
 /// A feature as the tracker uses it.
 #[derive(Clone, Copy, Debug)]
 pub struct Keypoint {
-    /// Place in the camera's list of the frame.
+    /// Index in the camera's list of the frame.
     pub feature: u32,
-    /// Place on the picture.
+    /// Position in the picture.
     pub position_px: DVec2,
     /// Time of its row minus time of the frame, in seconds.
     pub offset_s: f64,
@@ -126,7 +126,7 @@ pub struct Keypoint {
     pub bearing: DVec3,
     /// The bearing that it would have had at the frame's time: the rotation between the two times is taken off, translation is not.
     pub bearing_at_frame_time: DVec3,
-    /// Standard deviation of the place, per axis, in units of the tracker's `position_sigma_px`: 1 at full size.
+    /// Standard deviation of the position, per axis, in units of the tracker's `position_sigma_px`: 1 at full size.
     pub scale: f64,
     /// Half-scale octave.
     pub octave: u8,
@@ -215,7 +215,7 @@ impl CameraKeypoints {
         }
     }
 
-    /// Place of a point of the body's frame at the frame's time, on the row that sees it.
+    /// Position of a point of the body's frame at the frame's time, on the row that sees it.
     pub fn project(&self, camera: &RigCamera, point_in_body_m: DVec3, state: &Moving) -> Option<DVec2> {
         let mut position_px = camera.project(point_in_body_m)?;
         if self.clock.sweeps() {
@@ -228,7 +228,7 @@ impl CameraKeypoints {
         Some(position_px)
     }
 
-    /// Numbers of the keypoints within a radius of a place, bucket by bucket; the order is fixed by the input.
+    /// Numbers of the keypoints within a radius of a position, bucket by bucket; the order is fixed by the input.
     pub fn near(&self, position_px: DVec2, radius_px: f64) -> impl Iterator<Item = usize> + '_ {
         let range = |centre: f64, count: usize| {
             let last = bucket(centre + radius_px).min(count - 1);

@@ -101,7 +101,7 @@ pub struct RatePrior {
 impl RatePrior {
     /// After two located frames. Two poses of 0.4 mm and 0.25 mrad say a step's rate to 0.02 m/s and 0.01 rad/s, its trend to 1.5 times
     /// that; a hand's jerk of 30 m/s^3 and 100 rad/s^3 adds 0.01 m/s and 0.03 rad/s over a frame at 30 Hz. Wider priors take the
-    /// places' own noise for motion within the frame: three times as wide doubled the error of a lively hand.
+    /// positions' own noise for motion within the frame: three times as wide doubled the error of a lively hand.
     pub fn trend(mean: Twist) -> Self {
         Self { mean, inverse_sigma_linear: 1.0 / 0.02, inverse_sigma_angular: 1.0 / 0.04 }
     }
@@ -137,7 +137,7 @@ pub struct VelocityModel {
     pub body_from_world: Pose,
     /// Mean rate of the step that led there, and its length in seconds.
     pub step: Option<(Twist, f64)>,
-    /// Standard deviation of the last place, per axis, in metres.
+    /// Standard deviation of the last position, per axis, in metres.
     pub sigma_m: f64,
 }
 
@@ -153,13 +153,13 @@ impl VelocityModel {
         Moving { body_from_world, rate }
     }
 
-    /// The pose at a time as constant velocity knows it: the last two places' errors, and what a hand may do in between. `None` where no
+    /// The pose at a time as constant velocity knows it: the last two positions' errors, and what a hand may do in between. `None` where no
     /// velocity is known.
     pub fn pose_prior(&self, t_s: f64) -> Option<PosePrior> {
         self.step?;
         let span_s = t_s - self.t_s;
         let by_hand = |per_s2: f64| per_s2 * span_s * span_s;
-        // Two places of sigma s, the later one doubled: sqrt(5) s.
+        // Two positions of sigma s, the later one doubled: sqrt(5) s.
         let sigma_m = (by_hand(HAND_M_PER_S2) * by_hand(HAND_M_PER_S2) + 5.0 * self.sigma_m * self.sigma_m).sqrt();
         Some(PosePrior::isotropic(self.predict(t_s).body_from_world, (sigma_m, by_hand(HAND_RAD_PER_S2))))
     }

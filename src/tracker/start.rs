@@ -74,7 +74,7 @@ pub struct Begun {
     pub camera: usize,
     /// Keypoint in the opening view, keypoint in this one, point in the world in metres.
     pub points: Vec<(usize, usize, DVec3)>,
-    /// Noise of places that the views between have shown, in units of the assumed one; `None` where two views are all there is.
+    /// Noise of positions that the views between have shown, in units of the assumed one; `None` where two views are all there is.
     pub noise_sigmas: Option<f64>,
 }
 
@@ -207,8 +207,8 @@ impl Initialisation<'_> {
         let second_from_first = path.poses[path.poses.len() - 1];
         let keypoint_of =
             |track: usize| numbers.binary_search_by_key(&track, |pair| pair.0).ok().map(|at| numbers[at].1);
-        let place = |&(track, point_m): &(usize, DVec3)| keypoint_of(track).map(|j| (track, j, point_m));
-        let points = path.points_m.iter().filter_map(place).collect();
+        let paired = |&(track, point_m): &(usize, DVec3)| keypoint_of(track).map(|j| (track, j, point_m));
+        let points = path.points_m.iter().filter_map(paired).collect();
         let begun = begun((first, first_views), (second, second_views), second_from_first, (0, points));
         Ok(Some(Begun { noise_sigmas: Some(path.noise_sigmas), ..begun }))
     }

@@ -86,7 +86,7 @@ impl Tracks {
     }
 }
 
-/// Median distance in pixels between the places of the same tracks in two views; `None` where they share none.
+/// Median distance in pixels between the positions of the same tracks in two views; `None` where they share none.
 pub fn median_step_px(
     (before, before_pairs): (&CameraKeypoints, &[(usize, usize)]),
     (now, now_pairs): (&CameraKeypoints, &[(usize, usize)]),

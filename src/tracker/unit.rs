@@ -54,7 +54,7 @@ mod tests {
     use crate::tracker::rig::RigCamera;
     use crate::units::CameraIndex;
 
-    /// Two free poses and a held one before 40 points, places off by up to 0.5 px.
+    /// Two free poses and a held one before 40 points, positions off by up to 0.5 px.
     fn problem(cameras: &[RigCamera]) -> Problem<'_> {
         // -1 to 1: the law asked of the residuals holds for errors that know nothing of each other.
         let number = |n: u32, k: u32| 2.0 * DrawKey::root(1).with(n.into()).with(k.into()).uniform() - 1.0;
@@ -65,7 +65,7 @@ mod tests {
         let mut observations = Vec::new();
         for (point, point_m) in (0..).zip(&points_m) {
             for (pose, body_from_world) in (0..).zip(&poses) {
-                let Some(position_px) = cameras[0].place(body_from_world.point(*point_m)) else { continue };
+                let Some(position_px) = cameras[0].project_unclipped(body_from_world.point(*point_m)) else { continue };
                 let off_px = 0.5 * DVec2::new(number(point, 4 + pose), number(point, 9 + pose));
                 let (camera, inverse_sigma, row_from_frame) = (CameraIndex(0), 2.0, Pose::IDENTITY);
                 let position_px = position_px + off_px;
@@ -86,7 +86,7 @@ mod tests {
         let before_m = spread_m(&held);
         let of_truth: f64 = held.errors2().iter().sum();
         let share = |held: &Problem<'_>| held.errors2().iter().sum::<f64>() / of_truth;
-        // Two poses, 40 points and their unit take up 131 of two equations a place. What is left of the truth's errors has a relative
+        // Two poses, 40 points and their unit take up 131 of two equations a position. What is left of the truth's errors has a relative
         // standard error of a tenth. Less would be a world that shrank into the held pose.
         let equations = 2.0 * f64_from_usize(held.observations.len());
         let law = (equations - 131.0) / equations;
@@ -108,7 +108,7 @@ mod tests {
         held.solve_tailed(None, 0.0, 20);
         let before = held.errors2();
         multiply(&mut held, 7.0);
-        // Places of 500 px rounded by 2^-53 some hundred times, half a pixel a sigma: squares of 10 sigmas move by 2e-10.
+        // Positions of 500 px rounded by 2^-53 some hundred times, half a pixel a sigma: squares of 10 sigmas move by 2e-10.
         let moved = before.iter().zip(held.errors2()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(moved < 1e-9 && before.len() >= 100, "{moved} over {} places", before.len());
     }

@@ -132,8 +132,8 @@ fn scopes(signals: &[Signal]) -> impl Iterator<Item = &[Signal]> {
 /// A value's bits as characters, the greatest first.
 fn bit_text(kind: SignalKind, value: Value) -> Vec<u8> {
     let (SignalKind::Bits(width) | SignalKind::Signed(width)) = kind else { unreachable!("a real number has no bits") };
-    let bit = |place: u32| match value {
-        Value::Bits(word) if word >> place & 1 == 1 => b'1',
+    let bit = |position: u32| match value {
+        Value::Bits(word) if word >> position & 1 == 1 => b'1',
         Value::Bits(_) => b'0',
         Value::Unknown | Value::Real(_) => b'x',
     };

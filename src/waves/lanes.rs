@@ -166,14 +166,14 @@ impl LinkSignals {
             set(self.byte_clk, byte_ps(2 * (entry + byte) + 1), 0);
         }
         for (lane, bytes) in lanes.iter().enumerate() {
-            for (place, &byte) in bytes.iter().enumerate() {
-                set(self.bytes[lane], byte_ps(2 * (entry + u64_from(place))), byte.into());
+            for (at, &byte) in bytes.iter().enumerate() {
+                set(self.bytes[lane], byte_ps(2 * (entry + u64_from(at))), byte.into());
             }
             set(self.bytes[lane], byte_ps(2 * (entry + u64_from(bytes.len()))), 0);
             let wire: Vec<u8> = std::iter::once(SYNC_BYTE).chain(bytes.iter().copied()).collect();
             let first = BYTE_BITS * (entry - 1);
-            for (place, bit) in serial_bits(&wire).iter().by_vals().enumerate() {
-                set(self.bits[lane], bit_ps(2 * (first + u64_from(place))), bit.into());
+            for (at, bit) in serial_bits(&wire).iter().by_vals().enumerate() {
+                set(self.bits[lane], bit_ps(2 * (first + u64_from(at))), bit.into());
             }
             set(self.bits[lane], bit_ps(2 * (first + BYTE_BITS * u64_from(wire.len()))), 0);
         }

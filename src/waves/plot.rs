@@ -145,8 +145,8 @@ fn number(value: Value, kind: super::SignalKind) -> Option<f64> {
 fn phases(body: &mut String, waves: &Waves, span: TimeSpan, top_px: f64) -> f64 {
     let phases = curve_of(waves, "sequencer", "phase", span.end_ps, span.start_ps);
     text(body, MARGIN_PX, top_px + 16.0, "l", "phase");
-    for (place, &(time_ps, phase)) in phases.iter().enumerate() {
-        let next_ps = phases.get(place + 1).map_or(span.end_ps, |next| next.0);
+    for (at, &(time_ps, phase)) in phases.iter().enumerate() {
+        let next_ps = phases.get(at + 1).map_or(span.end_ps, |next| next.0);
         let (from_px, to_px) = (span.x_px(time_ps), span.x_px(next_ps));
         let name = PHASES.get(index(u32_truncated(phase))).copied().unwrap_or("");
         *body += &format!(
@@ -190,10 +190,10 @@ fn steps(body: &mut String, curve: &Curve, span: TimeSpan, y_px: &dyn Fn(f64) ->
     let every = curve.len().div_ceil(MOST_POINTS);
     let jump = 8.0 * mean_step(curve);
     let mut path = String::new();
-    for (place, &(time_ps, value)) in curve.iter().enumerate() {
+    for (at, &(time_ps, value)) in curve.iter().enumerate() {
         // The ends of a run of steps stay, so that a ramp's return is not thinned away.
-        let jumps = place > 0 && (value - curve[place - 1].1).abs() > jump;
-        if place % every != 0 && !jumps && place + 1 != curve.len() {
+        let jumps = at > 0 && (value - curve[at - 1].1).abs() > jump;
+        if at % every != 0 && !jumps && at + 1 != curve.len() {
             continue;
         }
         let (x, y) = (span.x_px(time_ps), y_px(value));
@@ -221,12 +221,12 @@ fn ramp(body: &mut String, waves: &Waves, columns: &[PlotColumn<'_>], span: Time
     let inputs = columns.iter().map(|column| &column.input_mv);
     let y_px = panel(body, ("Ramp and samples", "mV"), range_of(inputs.chain([&ramp_mv])), top_px);
     steps(body, &ramp_mv, span, &y_px, "class=\"ramp\"");
-    for (place, column) in columns.iter().enumerate() {
-        steps(body, &column.input_mv, span, &y_px, &format!("class=\"c\" stroke=\"var(--s{place})\""));
+    for (at, column) in columns.iter().enumerate() {
+        steps(body, &column.input_mv, span, &y_px, &format!("class=\"c\" stroke=\"var(--s{at})\""));
         for &time_ps in &rises(&column.comparator) {
             let Some(ramp) = ramp_mv.iter().take_while(|point| point.0 <= time_ps).last() else { continue };
             let (x, y) = (span.x_px(time_ps), y_px(ramp.1));
-            *body += &format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\" fill=\"var(--s{place})\"/>\n");
+            *body += &format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\" fill=\"var(--s{at})\"/>\n");
         }
     }
     top_px + PANEL_PX
@@ -239,11 +239,11 @@ fn rises(pin: &Curve) -> Vec<u64> {
 
 fn comparators(body: &mut String, columns: &[PlotColumn<'_>], span: TimeSpan, top_px: f64) -> f64 {
     text(body, MARGIN_PX, top_px - 8.0, "h", "Comparators");
-    for (place, column) in columns.iter().enumerate() {
-        let low_px = top_px + LANE_PX * f64_from_usize(place) + PULSE_PX + 4.0;
+    for (at, column) in columns.iter().enumerate() {
+        let low_px = top_px + LANE_PX * f64_from_usize(at) + PULSE_PX + 4.0;
         text(body, LEFT_PX - 8.0, low_px - 2.0, "l e", &column.name.replace('_', " "));
         let y_px = move |value: f64| low_px - PULSE_PX * value;
-        steps(body, &column.comparator, span, &y_px, &format!("class=\"c\" stroke=\"var(--s{place})\""));
+        steps(body, &column.comparator, span, &y_px, &format!("class=\"c\" stroke=\"var(--s{at})\""));
     }
     top_px + LANE_PX * f64_from_usize(columns.len())
 }
@@ -254,10 +254,10 @@ fn counters(body: &mut String, columns: &[PlotColumn<'_>], span: TimeSpan, top_p
     // Codes that would stand on each other move apart, from the bottom up.
     let mut free_px = f64::INFINITY;
     let mut by_code: Vec<usize> = (0..columns.len()).collect();
-    by_code.sort_by_key(|&place| columns[place].code);
-    for place in by_code {
-        let column = &columns[place];
-        steps(body, &column.counter_lsb, span, &y_px, &format!("class=\"c\" stroke=\"var(--s{place})\""));
+    by_code.sort_by_key(|&at| columns[at].code);
+    for at in by_code {
+        let column = &columns[at];
+        steps(body, &column.counter_lsb, span, &y_px, &format!("class=\"c\" stroke=\"var(--s{at})\""));
         let (Some(code), Some(last)) = (column.code, column.counter_lsb.last()) else { continue };
         let at_px = lesser(y_px(last.1) + 4.0, free_px);
         free_px = at_px - 14.0;

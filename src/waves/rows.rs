@@ -174,8 +174,8 @@ impl CoreSignals {
             recorder.set(signal, time_ps, Value::Bits((pin.of)(&clock.out)));
         }
         recorder.set(self.ramp_uv, time_ps, Value::Real(clock.analog.ramp_uv()));
-        for (place, own) in self.columns.iter().enumerate() {
-            let pins = clock.core.columns()[place].out(&clock.cds);
+        for (at, own) in self.columns.iter().enumerate() {
+            let pins = clock.core.columns()[at].out(&clock.cds);
             let comparator = clock.analog.is_high(own.column);
             recorder.set(own.input_uv, time_ps, Value::Real(clock.analog.input_uv(own.column)));
             recorder.set(own.comparator, time_ps, Value::Bits(comparator.into()));
@@ -260,7 +260,7 @@ fn follow(analog: &mut Analog<'_>, out: &CoreOut, rows: &[WaveRow]) {
 
 fn show_bits(bits: &mut [u64], analog: &Analog<'_>, signals: &CoreSignals) {
     bits.fill(0);
-    for (place, own) in signals.columns.iter().enumerate() {
-        bits[place / 64] |= u64::from(analog.is_high(own.column)) << (place % 64);
+    for (at, own) in signals.columns.iter().enumerate() {
+        bits[at / 64] |= u64::from(analog.is_high(own.column)) << (at % 64);
     }
 }

@@ -33,7 +33,7 @@ pub struct Signal {
     pub kind: SignalKind,
 }
 
-/// A signal by its place in [`Waves::signals`].
+/// A signal by its index in [`Waves::signals`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SignalId(pub usize);
 
@@ -112,8 +112,8 @@ impl Recorder {
         changes.sort_by_key(|change| (change.time_ps, change.signal));
         let mut kept: Vec<SignalChange> = Vec::with_capacity(changes.len());
         let mut held = vec![None; signals.len()];
-        for (place, change) in changes.iter().enumerate() {
-            let next = changes.get(place + 1);
+        for (at, change) in changes.iter().enumerate() {
+            let next = changes.get(at + 1);
             let is_last = next.is_none_or(|next| (next.time_ps, next.signal) != (change.time_ps, change.signal));
             if is_last && held[change.signal.0] != Some(change.value) {
                 held[change.signal.0] = Some(change.value);

@@ -334,12 +334,12 @@ await checks.part("probe and files say what the program says", async () => {
   const shift = codes.codes.reduce((most, code) => Math.max(most, code), 0) / mine.codes.reduce((most, code) => Math.max(most, code), 1);
   const alike = mine.codes.every((code, at) => code * shift === codes.codes[at]);
   checks.that("the PNG has 16 bits and the program's codes", mine.depth === 16 && alike, shift);
-  const places = Array.from({ length: 200 }, (_, at) => [(at * 37) % 320, (at * 101) % 240]);
-  const probes = await page.evaluate((asked) => globalThis.sensel.probes(asked), places);
-  const equal = probes.filter((probe, at) => probe.code === mine.codes[places[at][1] * 320 + places[at][0]]).length;
+  const pixels = Array.from({ length: 200 }, (_, at) => [(at * 37) % 320, (at * 101) % 240]);
+  const probes = await page.evaluate((asked) => globalThis.sensel.probes(asked), pixels);
+  const equal = probes.filter((probe, at) => probe.code === mine.codes[pixels[at][1] * 320 + pixels[at][0]]).length;
   checks.that("the probe has the program's code for 200 pixels", equal === 200, equal);
   const electrons = join(out, "electrons/cam0"), values = floats(join(electrons, readdirSync(electrons)[0]));
-  const same = probes.filter((probe, at) => Math.fround(probe.electrons) === values[places[at][1] * 320 + places[at][0]]).length;
+  const same = probes.filter((probe, at) => Math.fround(probe.electrons) === values[pixels[at][1] * 320 + pixels[at][0]]).length;
   checks.that("the probe has the program's electrons for 200 pixels", same === 200, same, probes[0].electrons);
   const vcd = readFileSync(await download(page, "vcd"), "utf8"), theirs = readFileSync(join(folder, "native.vcd"), "utf8");
   const column = (text) => {

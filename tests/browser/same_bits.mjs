@@ -119,7 +119,7 @@ function natively(file, threads) {
   return hashes;
 }
 
-/** Whether a module has vector instructions: f32x4.add is three bytes, which come by chance once in 16 million places. */
+/** Whether a module has vector instructions: f32x4.add is three bytes, which come by chance once in 16 million positions. */
 function hasVectors(bytes) {
   let count = 0;
   for (let at = bytes.indexOf("fde401", 0, "hex"); at >= 0; at = bytes.indexOf("fde401", at + 3, "hex")) count += 1;

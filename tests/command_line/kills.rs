@@ -1,4 +1,4 @@
-//! The program killed at every system call that changes the disk, under strace; and places that are full, mounted or read-only.
+//! The program killed at every system call that changes the disk, under strace; and folders that are full, mounted or read-only.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -132,35 +132,35 @@ fn a_mount_point_takes_a_result_and_its_successor_and_a_full_or_read_only_disk_l
         fs::create_dir(at(name)).unwrap();
     }
     let run = |name: &str| words(&at(name));
-    let place = scratch.path().display();
+    let base = scratch.path().display();
     let script = format!(
         r#"
 cd {root}
 whole() {{ test "$(ls -A "$1" | tr '\n' ' ')" = ".sensel config.toml expected expected.json "; }}
-mount -t tmpfs -o size=64m none {place}/volume
-{volume} ; whole {place}/volume
-{volume} ; whole {place}/volume
-echo mine > {place}/volume/notes.txt
+mount -t tmpfs -o size=64m none {base}/volume
+{volume} ; whole {base}/volume
+{volume} ; whole {base}/volume
+echo mine > {base}/volume/notes.txt
 if {volume} ; then exit 10; fi
-test "$(cat {place}/volume/notes.txt)" = mine
-rm {place}/volume/notes.txt
-mount --bind {place}/source {place}/bound
-{bound} ; whole {place}/bound
-{bound} ; whole {place}/bound
-mount -t tmpfs -o size=300k none {place}/small
-{small} ; whole {place}/small/out
-sha256sum {place}/small/out/*.json {place}/small/out/expected/*/* > {place}/sums
-dd if=/dev/zero of={place}/small/filler bs=1k 2> {place}/dd || true
+test "$(cat {base}/volume/notes.txt)" = mine
+rm {base}/volume/notes.txt
+mount --bind {base}/source {base}/bound
+{bound} ; whole {base}/bound
+{bound} ; whole {base}/bound
+mount -t tmpfs -o size=300k none {base}/small
+{small} ; whole {base}/small/out
+sha256sum {base}/small/out/*.json {base}/small/out/expected/*/* > {base}/sums
+dd if=/dev/zero of={base}/small/filler bs=1k 2> {base}/dd || true
 if {small} ; then exit 11; fi
-sha256sum --quiet -c {place}/sums
-test "$(ls -A {place}/small | tr '\n' ' ')" = "filler out "
-rm {place}/small/filler
-{small} ; whole {place}/small/out
-{locked} ; whole {place}/locked
-mount --bind {place}/locked {place}/locked
-mount -o remount,ro,bind {place}/locked
+sha256sum --quiet -c {base}/sums
+test "$(ls -A {base}/small | tr '\n' ' ')" = "filler out "
+rm {base}/small/filler
+{small} ; whole {base}/small/out
+{locked} ; whole {base}/locked
+mount --bind {base}/locked {base}/locked
+mount -o remount,ro,bind {base}/locked
 if {locked} ; then exit 12; fi
-whole {place}/locked
+whole {base}/locked
 echo done
 "#,
         root = env!("CARGO_MANIFEST_DIR"),

@@ -16,7 +16,7 @@ fn error_object(outcome: &Outcome) -> Value {
 }
 
 #[test]
-fn with_json_every_error_is_one_object_on_stderr_that_names_its_kind_and_place() {
+fn with_json_every_error_is_one_object_on_stderr_that_names_its_kind_and_location() {
     let folder = Scratch::new("json");
     let file = folder.join("mine.toml");
     std::fs::write(&file, "seed = 1\n[sensor.adc]\nbits = 30\n").unwrap();

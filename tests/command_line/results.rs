@@ -94,17 +94,17 @@ fn waves_inside_the_result_folder_are_part_of_the_result() {
 fn a_run_into_the_current_folder_leaves_the_shell_where_it_is() {
     use std::os::unix::fs::MetadataExt as _;
     let scratch = Scratch::new("here");
-    let place = scratch.path().join("place");
-    fs::create_dir(&place).unwrap();
-    let inode = fs::metadata(&place).unwrap().ino();
+    let folder = scratch.path().join("place");
+    fs::create_dir(&folder).unwrap();
+    let inode = fs::metadata(&folder).unwrap().ino();
     for _ in 0..2 {
-        for out in [".", "../place", &place.display().to_string()] {
+        for out in [".", "../place", &folder.display().to_string()] {
             let mut command = sensel_command(&tiny(out, &["--rung", "expected"]));
-            command.current_dir(&place);
+            command.current_dir(&folder);
             let outcome = outcome(command);
             assert_eq!((outcome.code, outcome.stderr.as_str()), (0, ""));
-            assert_eq!(fs::metadata(&place).unwrap().ino(), inode);
-            assert_eq!(names(&place), [".sensel", "config.toml", "expected", "expected.json"]);
+            assert_eq!(fs::metadata(&folder).unwrap().ino(), inode);
+            assert_eq!(names(&folder), [".sensel", "config.toml", "expected", "expected.json"]);
             assert_eq!(scratch.names(), ["place"]);
         }
     }
@@ -189,14 +189,14 @@ fn no_output_takes_the_place_of_an_input() {
 #[test]
 fn a_trajectory_takes_the_place_of_none_of_the_recording_s_files() {
     let scratch = Scratch::new("recording");
-    let place = scratch.join("out");
-    assert_eq!(sensel(&tiny(&place, &["--keep", "packets"])).code, 0);
+    let out = scratch.join("out");
+    assert_eq!(sensel(&tiny(&out, &["--keep", "packets"])).code, 0);
     let before = everything(scratch.path());
     let files: Vec<PathBuf> =
         before.iter().filter(|(_, bytes)| bytes.is_some()).map(|(path, _)| path.clone()).collect();
     let mut tried = 0;
     for file in &files {
-        let name = file.strip_prefix(&place).unwrap().display().to_string();
+        let name = file.strip_prefix(&out).unwrap().display().to_string();
         let is_read = name.contains("mav0/") || name.ends_with(".csi2") || name == "config.toml";
         if !is_read {
             continue;
@@ -204,7 +204,7 @@ fn a_trajectory_takes_the_place_of_none_of_the_recording_s_files() {
         for option in ["--out", "--map"] {
             let file = file.display().to_string();
             let other = scratch.join("other.tum");
-            let mut words = vec!["track", &place, option, &file];
+            let mut words = vec!["track", &out, option, &file];
             words.extend(if option == "--map" { vec!["--out", other.as_str()] } else { vec![] });
             let outcome = sensel(&words);
             assert_eq!(outcome.code, 2, "{option} {name}: {outcome:?}");

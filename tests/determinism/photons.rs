@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use sensel::config::Resolved;
-use sensel::run::probe::Place;
+use sensel::run::probe::PictureId;
 use sensel::run::{NoFiles, NoProgress, Setup};
 use sensel::units::FrameIndex;
 
@@ -75,7 +75,7 @@ const FRAMES: [u32; 2] = [0, 3];
 
 fn photons_of(setup: &Setup) -> Vec<Vec<u32>> {
     let of = |frame| {
-        let seen = setup.exposures_at(Place { frame: FrameIndex(frame), camera: 0 }).unwrap();
+        let seen = setup.exposures_at(PictureId { frame: FrameIndex(frame), camera: 0 }).unwrap();
         seen.iter().flat_map(|exposure| exposure.photons.values().iter().map(|value| value.to_bits())).collect()
     };
     FRAMES.map(of).to_vec()
@@ -91,7 +91,7 @@ fn seen(assignment: Option<&str>) -> (Vec<Vec<u32>>, Vec<Option<String>>) {
     all.extend(assignment);
     all.extend(assignment.map_or(&[][..], beside));
     let setup = setup(&all);
-    let keys = FRAMES.map(|frame| setup.photon_keys(Place { frame: FrameIndex(frame), camera: 0 })).concat();
+    let keys = FRAMES.map(|frame| setup.photon_keys(PictureId { frame: FrameIndex(frame), camera: 0 })).concat();
     (photons_of(&setup), keys)
 }
 
@@ -143,7 +143,7 @@ fn what_a_bake_may_cost_changes_no_key_of_the_photon_store() {
     let in_room = |assignments: &[String]| {
         let resolved = Resolved::from_layers("room.toml", ROOM, assignments).unwrap();
         let setup = Setup::new(resolved, &NoFiles, &NoProgress).unwrap();
-        setup.photon_keys(Place { frame: FrameIndex(0), camera: 0 })
+        setup.photon_keys(PictureId { frame: FrameIndex(0), camera: 0 })
     };
     let room = in_room(&[]);
     assert!(room.iter().all(Option::is_some));

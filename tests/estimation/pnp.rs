@@ -30,7 +30,7 @@ fn truth(seed: u64) -> Pose {
     se3_exp(Twist { linear_m: normals(key.with(1)), angular_rad: normals(key.with(2)) * 0.7 })
 }
 
-/// Exact places of points of the body's frame; those that cannot be seen get a place anyway, as a false match would.
+/// Exact positions of points of the body's frame; those that cannot be seen get a position anyway, as a false match would.
 fn measured(in_body_m: &[DVec3], truth: &Pose) -> (Vec<PointMeasurement>, Vec<DVec3>) {
     let cameras = cameras();
     let one = |point: &DVec3| {
@@ -62,7 +62,7 @@ fn points_on_a_line_give_no_sample_a_bounded_step_and_no_bound() {
             (0..30).map(|n| DVec3::new(-1.2 + 0.08 * f64::from(n), 0.3, 3.0 + 0.02 * f64::from(n))).collect();
         let (measurements, bearings) = measured(&line, &truth);
         assert!(search(&cameras(), (&measurements, &bearings), DrawKey::root(seed), LIMITS).is_none(), "seed {seed}");
-        // The turn about the line is free. From beside the truth the fit must bring the places home and stay near.
+        // The turn about the line is free. From beside the truth the fit must bring the positions home and stay near.
         let start = se3_exp(Twist::from_array([0.02, -0.01, 0.01, 0.01, 0.02, -0.01])).then(&truth);
         let (found, _) = refine(&cameras(), &measurements, &Moving::resting(start), None, 30);
         let worst = errors2(&cameras(), &measurements, &found).into_iter().fold(0.0, f64::max);
@@ -95,7 +95,7 @@ fn points_behind_the_camera_are_outliers_and_pull_at_nothing() {
         assert!(found.agrees.iter().enumerate().all(|(n, agrees)| *agrees == (n % 4 != 0)), "seed {seed}");
         let (pose, _) = refine(&cameras(), &measurements, &Moving::resting(found.body_from_world), None, 20);
         let pose = pose.body_from_world;
-        // Exact places: what is left is the stopping rule, a gain of 1e-6 of a cost that is all unseen points'.
+        // Exact positions: what is left is the stopping rule, a gain of 1e-6 of a cost that is all unseen points'.
         assert!(apart(&pose, &truth) < 1e-6, "seed {seed}: {}", apart(&pose, &truth));
         let unseen =
             errors2(&cameras(), &measurements, &Moving::resting(pose)).iter().filter(|&&e| e == UNSEEN_SIGMAS2).count();
@@ -106,7 +106,7 @@ fn points_behind_the_camera_are_outliers_and_pull_at_nothing() {
 }
 
 #[test]
-fn points_at_infinity_fix_the_turn_and_leave_the_place() {
+fn points_at_infinity_fix_the_turn_and_leave_the_position() {
     let mut tried = 0;
     for seed in 1..=20 {
         let truth = truth(seed);
@@ -120,7 +120,7 @@ fn points_at_infinity_fix_the_turn_and_leave_the_place() {
         let information = information(&cameras(), &measurements, &Moving::resting(truth), None, EXACT);
         // A metre at 3.5e9 m is 1e-7 px: 40 points have 1e-12 of what they have on a turn.
         assert!((0..3).all(|k| information[(k, k)] < 1e-9 * information[(3, 3)]), "seed {seed}: {information}");
-        // A few near ones among them fix the place again.
+        // A few near ones among them fix the position again.
         let (some, _) = measured(&near[..8], &truth);
         let mixed: Vec<PointMeasurement> = measurements.iter().chain(&some).copied().collect();
         let (found, _) = refine(&cameras(), &mixed, &Moving::resting(start), None, 30);
@@ -162,14 +162,14 @@ fn identical_poses_measure_no_motion() {
         let (first, _) = refine(&cameras(), &measurements, &Moving::resting(truth), None, 20);
         let (second, _) = refine(&cameras(), &measurements, &first, None, 20);
         let (first, second) = (first.body_from_world, second.body_from_world);
-        // Exact places at the exact pose: the residuals are roundings of 600 px, and so are the steps.
+        // Exact positions at the exact pose: the residuals are roundings of 600 px, and so are the steps.
         assert!(apart(&first, &truth) < 1e-12 && apart(&first, &second) < 1e-12, "seed {seed}");
         tried += 1;
     }
     assert_eq!(tried, 20);
 }
 
-/// Where places that follow a shift by `parts` (share and slope) draw a pose, in one dimension: the mean under the law's own weights.
+/// Where positions that follow a shift by `parts` (share and slope) draw a pose, in one dimension: the mean under the law's own weights.
 fn followed(parts: [(f64, f64); 2], shift_sigmas: f64, scale2: f64) -> f64 {
     (0..200).fold(1.0, |found, _| {
         let (above, below) = parts.iter().fold((0.0, 0.0), |(above, below), &(share, slope)| {
@@ -200,11 +200,11 @@ fn corners_that_stick_to_their_pixels_do_not_outvote_those_that_follow() {
         let found = |least_px: f64| {
             let known = FramePriors { least_px, ..FramePriors::default() };
             let (pose, _) = refine_with(&cameras(), &shifted, &Moving::resting(truth), known, 50);
-            let place = |m: &PointMeasurement| {
+            let column_px = |m: &PointMeasurement| {
                 let in_body_m = pose.body_from_world.point(m.point_in_world_m);
                 cameras()[0].project_with_jacobian(in_body_m).unwrap().0.x
             };
-            exact.iter().map(|m| place(m) - m.position_px.x).sum::<f64>() / (300.0 * shift_px)
+            exact.iter().map(|m| column_px(m) - m.position_px.x).sum::<f64>() / (300.0 * shift_px)
         };
         // The scale of errors as they are is the least there is, 0.2 sigmas of half a pixel.
         for (least_px, scale_sigmas) in [(0.0, 0.2), (WITHIN_PIXEL_PX, 2.0 * WITHIN_PIXEL_PX)] {

@@ -1,4 +1,4 @@
-//! Rigid animation of nodes: parts, their places, and what is refused or left out.
+//! Rigid animation of nodes: parts, their positions, and what is refused or left out.
 
 use glam::{DQuat, DVec3};
 use serde_json::json;
@@ -20,7 +20,7 @@ fn sliding() -> File {
     ]);
     file.json["scenes"][0]["nodes"] = json!([0, 2]);
     let times = file.floats("SCALAR", &[0.0, 2.0]);
-    let places = file.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
+    let positions = file.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
     let turns = file.floats("VEC4", &[0.0, 0.0, 0.0, 1.0, 0.0, half, 0.0, half]);
     file.json["animations"] = json!([{
         "name": "slide",
@@ -28,7 +28,7 @@ fn sliding() -> File {
             {"sampler": 0, "target": {"node": 1, "path": "translation"}},
             {"sampler": 1, "target": {"node": 1, "path": "rotation"}},
         ],
-        "samplers": [{"input": times, "output": places}, {"input": times, "output": turns, "interpolation": "LINEAR"}],
+        "samplers": [{"input": times, "output": positions}, {"input": times, "output": turns, "interpolation": "LINEAR"}],
     }]);
     file
 }

@@ -13,14 +13,14 @@ fn mapped(slot: &str, texels: [[u8; 4]; 2]) -> File {
     file.picture(&png(2, 1, &texels));
     let pbr = file.json["materials"][0]["pbrMetallicRoughness"].take();
     file.json["materials"][0]["pbrMetallicRoughness"] = serde_json::json!({});
-    let (place, name) = slot.split_once('.').unwrap_or(("", slot));
+    let (parent, name) = slot.split_once('.').unwrap_or(("", slot));
     let material = &mut file.json["materials"][0];
-    let holder = if place.is_empty() { material } else { &mut material[place] };
+    let holder = if parent.is_empty() { material } else { &mut material[parent] };
     holder[name] = pbr["baseColorTexture"].clone();
     file
 }
 
-/// Weights in the first triangle, corners (0, 0), (1, 0) and (1, 1) of the square, of a place at x in the lower quarter.
+/// Weights in the first triangle, corners (0, 0), (1, 0) and (1, 1) of the square, of a point at x in the lower quarter.
 fn at(x: f32) -> [f32; 2] {
     [x - 0.1, 0.1]
 }
@@ -113,8 +113,8 @@ fn a_pane_lets_pass_what_fresnel_leaves_of_its_transmission() {
     // Schlick: 0.04 straight on, 0.04 + 0.96 * 0.5^5 at 60 degrees.
     for (factor, grey, cos, share) in [(1.0, 1.0, 1.0, 0.96), (1.0, 1.0, 0.5, 0.93), (0.5, 0.8, 1.0, 0.384)] {
         let scene = scene(&pane(factor, [grey, grey, grey, 1.0]));
-        let places = (0..10_000_u16).map(|number| [number % 100, number / 100].map(|at| (f32::from(at) + 0.5) / 200.0));
-        let passed = places.filter(|&weights| scene.mesh.is_open(0, weights, &|| cos)).count();
+        let points = (0..10_000_u16).map(|number| [number % 100, number / 100].map(|at| (f32::from(at) + 0.5) / 200.0));
+        let passed = points.filter(|&weights| scene.mesh.is_open(0, weights, &|| cos)).count();
         let found = f64::from(u32::try_from(passed).unwrap()) / 10_000.0;
         // Four standard errors of 10,000 draws.
         assert!((found - share).abs() <= 4.0 * (share * (1.0 - share) / 10_000.0_f64).sqrt(), "{found} of {share}");

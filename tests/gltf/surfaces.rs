@@ -61,8 +61,8 @@ fn blended_surfaces_stop_as_large_a_share_of_rays_as_alpha_says() {
     for (mut file, share) in cases {
         file.json["materials"][0]["alphaMode"] = "BLEND".into();
         let scene = scene(&file);
-        let places = (0..10_000_u16).map(|number| [number % 100, number / 100].map(|at| (f32::from(at) + 0.5) / 200.0));
-        let stopped = places.filter(|weights| !scene.mesh.is_open(0, *weights, &|| 1.0)).count();
+        let points = (0..10_000_u16).map(|number| [number % 100, number / 100].map(|at| (f32::from(at) + 0.5) / 200.0));
+        let stopped = points.filter(|weights| !scene.mesh.is_open(0, *weights, &|| 1.0)).count();
         let found = f64::from(u32::try_from(stopped).unwrap()) / 10_000.0;
         // Four standard errors of 10,000 draws; whole cover is exact.
         let error = 4.0 * (share * (1.0 - share) / 10_000.0_f64).sqrt();

@@ -67,7 +67,7 @@ fn moments_at_the_widest_word(stage: &mut Stage) {
     let side_px = 2 * RADIUS_PX + 1;
     let size = Size { width_px: u32_from(side_px), height_px: u32_from(side_px) };
     let corner = Corner { x_px: u32_from(RADIUS_PX), y_px: u32_from(RADIUS_PX), score: 0 };
-    let offset = |place: usize| i64::try_from(place).unwrap() - i64::try_from(RADIUS_PX).unwrap();
+    let offset = |coordinate: usize| i64::try_from(coordinate).unwrap() - i64::try_from(RADIUS_PX).unwrap();
     let mut check = |side: usize, at: &mut dyn FnMut(i64, i64) -> u16| {
         let values: Vec<u16> = (0..side_px * side_px).map(|n| at(offset(n % side_px), offset(n / side_px))).collect();
         let (mut x_exact, mut y_exact) = (0_i64, 0_i64);
@@ -105,8 +105,8 @@ fn exact_centroid(r: &[[i32; 3]; 3]) -> Option<(i128, i128)> {
     };
     let all = sum(&|_, _| 1);
     // Sixteenths, 2.5 times, half up.
-    let place = |above: i128| (80 * above + all).div_euclid(2 * all);
-    (all > 0).then(|| (place(sum(&|x, _| x)), place(sum(&|_, y| y))))
+    let shift = |above: i128| (80 * above + all).div_euclid(2 * all);
+    (all > 0).then(|| (shift(sum(&|x, _| x)), shift(sum(&|_, y| y))))
 }
 
 fn fits(stage: &mut Stage) {

@@ -207,13 +207,13 @@ pub fn run(stage: &mut Stage) {
     }
 }
 
-/// Uniforms on both sides of steps that exact sums place: the hardest questions that a quantile is asked.
+/// Uniforms on both sides of steps that exact sums give: the hardest questions that a quantile is asked.
 fn beside_steps(case: &mut Case, mean_e: f32, chance: &mut Chance) {
     let law = Law::new(mean_e.into());
     let sigma = f64::from(mean_e).sqrt();
     for _ in 0..60 {
-        let place = (f64::from(mean_e) + sigma * chance.between(-3.0, 4.0)).floor();
-        let count = sensel::num::i64_truncated(if place > 0.0 { place } else { 0.0 });
+        let value = (f64::from(mean_e) + sigma * chance.between(-3.0, 4.0)).floor();
+        let count = sensel::num::i64_truncated(if value > 0.0 { value } else { 0.0 });
         let step = law.tails(count)[0] * dd(4_294_967_296.0) - dd(0.5);
         let last = sensel::num::u32_truncated(step.high.floor());
         if last == 0 || last == u32::MAX {

@@ -120,7 +120,7 @@ pub const TESTS: &[[&str; 4]] = &[
         "tracker",
         "points at infinity in a pose fit",
         "tests/estimation/pnp.rs",
-        "points_at_infinity_fix_the_turn_and_leave_the_place",
+        "points_at_infinity_fix_the_turn_and_leave_the_position",
     ],
     [
         "tracker",

@@ -187,7 +187,7 @@ fn cumulative(u: Dd) -> [Dd; 3] {
     ]
 }
 
-/// 600 knots over 60 s, neighbours up to 174.9 degrees apart. The place within an interval is a difference of numbers up to 600 that
+/// 600 knots over 60 s, neighbours up to 174.9 degrees apart. The position within an interval is a difference of numbers up to 600 that
 /// rounded twice: 2 * 600 * 2^-53, which the rate of turn (3.06 rad a knot and less, times 2/3 and three factors) multiplies by at most
 /// 3.06; positions (up to 10 m, slopes up to 20 m a knot) the same way. Quaternions: three logarithms, exponentials and products of 30
 /// roundings each.
@@ -224,10 +224,11 @@ fn spline(stage: &mut Stage) {
                 exact_rotation = product(exact_rotation, exact_exp(times(step, parts[k])));
             }
             let weights = [dd(1.0) - parts[0], parts[0] - parts[1], parts[1] - parts[2], parts[2]];
-            let place = [0, 1, 2].map(|axis| {
+            let exact_position = [0, 1, 2].map(|axis| {
                 (0..4).fold(dd(0.0), |sum, k| sum + weights[k] * dd(four[k].translation_m.to_array()[axis]))
             });
-            let error = greater(apart(found.rotation, exact_rotation), distance(found.translation_m, place) / 20.0);
+            let error =
+                greater(apart(found.rotation, exact_rotation), distance(found.translation_m, exact_position) / 20.0);
             let bound = ROUND * (2.0 * 600.0 * if kind == 0 { 3.06 } else { 1.0 } + 90.0);
             let side = if number % 2 == 0 { 2 } else { kind };
             case.see(side, error, bound, || format!("{t_s} s, knot {interval}"));

@@ -27,7 +27,7 @@ fn lens(mapping: Mapping) -> Lens {
 }
 
 /// Where a point lands by the published formula.
-fn exact_place(mapping: &Mapping, point: DVec3) -> [Dd; 2] {
+fn exact_position(mapping: &Mapping, point: DVec3) -> [Dd; 2] {
     let p = vector(point.to_array());
     let [x, y, z] = p;
     let aside2 = x * x + y * y;
@@ -64,14 +64,14 @@ fn exact_place(mapping: &Mapping, point: DVec3) -> [Dd; 2] {
     [plane[0] * dd(fx_px) + dd(cx_px), plane[1] * dd(fy_px) + dd(cy_px)]
 }
 
-/// A projection whose every rounding is one of its bearing's or of its place's: 32 of them, 2^-53 each, of the place and of what a whole
-/// bearing (times the Jacobian) moves it. That is backward stability; the limit of a lens, where the Jacobian grows, needs it.
+/// A projection whose every rounding is one of its bearing's or of its position's: 32 of them, 2^-53 each, of the position and of what a
+/// whole bearing (times the Jacobian) moves it. That is backward stability; the limit of a lens, where the Jacobian grows, needs it.
 fn check(case: &mut Case, side: usize, lens: &Lens, point: DVec3) {
     let Some((found, jacobian)) = lens.project_with_jacobian(point) else {
         case.hold(side, false, || format!("{point} is not seen by {:?}", lens.mapping));
         return;
     };
-    let exact = exact_place(&lens.mapping, point);
+    let exact = exact_position(&lens.mapping, point);
     let error = greater(exact[0].miss(found.x), exact[1].miss(found.y));
     let slope = jacobian.iter().flatten().map(|x| x * x).sum::<f64>().sqrt();
     let bound = 32.0 * 0.5 * f64::EPSILON * (found.length() + INTRINSICS.cx_px + slope * point.length());
@@ -161,8 +161,8 @@ fn folding(stage: &mut Stage) {
     }
 }
 
-/// Where the place lands by the exact formula is d + r of the place asked for; the bearing is right to d over the lens's slope. Rounding:
-/// the place less the principal point rounds by 2^-53 of 320 px, all else by 24 * 2^-53 of the offset.
+/// Where the position lands by the exact formula is d + r of the position asked for; the bearing is right to d over the lens's slope.
+/// Rounding: the position less the principal point rounds by 2^-53 of 320 px, all else by 24 * 2^-53 of the offset.
 fn near_the_centre(stage: &mut Stage) {
     let case = stage.case(
         "unprojection from 1e-13 to 10 px off the principal point",
@@ -186,14 +186,14 @@ fn near_the_centre(stage: &mut Stage) {
         for _ in 0..300 {
             let offset_px = chance.decade(1e-13, 10.0);
             let (y, x) = libm::sincos(chance.between(0.0, std::f64::consts::TAU));
-            let place = centre + offset_px * DVec2::new(x, y);
-            let Some(found) = lens.unproject(place) else { continue };
-            let exact = exact_place(&lens.mapping, found);
-            let error = greater(exact[0].miss(place.x), exact[1].miss(place.y));
+            let position_px = centre + offset_px * DVec2::new(x, y);
+            let Some(found) = lens.unproject(position_px) else { continue };
+            let exact = exact_position(&lens.mapping, found);
+            let error = greater(exact[0].miss(position_px.x), exact[1].miss(position_px.y));
             // Radtan's iteration ends at 1e-12 of the plane and takes one more step, which squares that.
             let bound = 0.5 * f64::EPSILON * (320.0 + 24.0 * offset_px);
             case.see(usize::from(offset_px >= 1e-6), error, bound, || {
-                format!("{place} by {:?}: {found}", lens.mapping)
+                format!("{position_px} by {:?}: {found}", lens.mapping)
             });
         }
     }

@@ -2,7 +2,7 @@
 //! chain runs them.
 
 use sensel::config::Resolved;
-use sensel::draw::{DrawKey, RowPlace, fill_uniforms};
+use sensel::draw::{DrawKey, RowAddress, fill_uniforms};
 use sensel::effect::{ArrayPass, Effect, KeptKeys, RowPass};
 use sensel::num::{f32_nearest, f64_from_usize, i64_truncated};
 use sensel::pixel::{
@@ -16,7 +16,8 @@ use super::double_double::{Dd, LN_2, dd};
 use super::draw::outside;
 use super::table::{Chance, Stage};
 
-const PLACE: RowPlace = RowPlace { seed: 7, camera: CameraIndex(0), frame: FrameIndex(3), slot: 0, row: RowIndex(0) };
+const ADDRESS: RowAddress =
+    RowAddress { seed: 7, camera: CameraIndex(0), frame: FrameIndex(3), slot: 0, row: RowIndex(0) };
 
 fn params() -> PixelParams {
     Resolved::from_layers("hard", "", &["scene.generator=box".to_owned()])
@@ -30,7 +31,7 @@ fn params() -> PixelParams {
 fn through(effect: &dyn Effect, values: &mut [f32], reset: &mut [f32], times_s: [f64; 2]) {
     let (mut uniforms, mut draws) = (vec![0; values.len()], vec![0.0; values.len()]);
     let mut pass = RowPass {
-        place: PLACE,
+        address: ADDRESS,
         die_seed: 9,
         exposure_s: times_s[0],
         storage_s: times_s[1],
@@ -48,7 +49,7 @@ fn through(effect: &dyn Effect, values: &mut [f32], reset: &mut [f32], times_s: 
 
 /// An array through one of the effects that need all of it; what it leaves behind.
 fn through_array(effect: &dyn Effect, charge_e: &mut Plane<f32>) -> Option<Plane<f32>> {
-    let mut pass = ArrayPass { place: PLACE, charge_e, before_e: None, left_e: None };
+    let mut pass = ArrayPass { address: ADDRESS, charge_e, before_e: None, left_e: None };
     effect.apply_to_array(&mut pass);
     pass.left_e
 }
@@ -97,7 +98,7 @@ fn thinning(stage: &mut Stage) {
     let reference = "distribution function in double-double";
     let case = stage.case(name, reference, "probability", &["summed", "mirrored sum", "expansion"]);
     let mut uniforms = vec![0; 400];
-    fill_uniforms(DrawKey::of_row(ImageLag::NUMBER, PLACE), &mut uniforms);
+    fill_uniforms(DrawKey::of_row(ImageLag::NUMBER, ADDRESS), &mut uniforms);
     for (n, share) in [
         (1_u32, 1e-9),
         (1000, 1e-9),

@@ -39,7 +39,7 @@ fn wide(v: [f32; 3]) -> Vector {
     vector(v.map(f64::from))
 }
 
-/// Where a ray of f32 meets a triangle of f32, exactly: distance, least distance in metres of the place to the three edges as the ray sees
+/// Where a ray of f32 meets a triangle of f32, exactly: distance, least distance in metres of that point to the three edges as the ray sees
 /// them (negative outside), cosine to the normal, and how much longer than high the triangle is.
 struct Truth {
     t: f64,
@@ -80,7 +80,7 @@ fn truth(triangle: &Triangle, (origin_m, direction): ([f32; 3], [f32; 3])) -> Tr
 /// Half an ulp of f32, relative.
 const ROUND: f64 = 1.0 / 16_777_216.0;
 
-/// Corners relative to the origin round once, shears and products of the edge functions some seven times more: the place that the ray is
+/// Corners relative to the origin round once, shears and products of the edge functions some seven times more: the position that the ray is
 /// seen at is off by 16 roundings of the reach, so a ray that far inside must hit and that far outside must miss. The distance is a mean
 /// of three depths by the edge functions, each of them off by those 16 roundings of the reach over the triangle's height; depths differ by
 /// the longest side over the cosine: 16 (1 + aspect) / cosine roundings of the reach.
@@ -98,7 +98,7 @@ fn check(case: &mut Case, side: usize, triangle: &Triangle, ray: ([f32; 3], [f32
     }
 }
 
-/// A triangle of this size and shape at a place, and rays at points of it (three of four) and beside it, from a distance, leaning.
+/// A triangle of this size and shape at a position, and rays at points of it (three of four) and beside it, from a distance, leaning.
 fn hard_triangles(stage: &mut Stage) {
     let case = stage.case(
         "a ray and one hard triangle",
@@ -117,18 +117,18 @@ fn hard_triangles(stage: &mut Stage) {
     for number in 0..6 * 250_usize {
         let side = number % 6;
         let size = if side == 3 { 1e-4 } else { chance.between(0.3, 2.0) };
-        let place = if side == 2 { 1e4 } else { 0.0 } * chance.direction();
+        let centre = if side == 2 { 1e4 } else { 0.0 } * chance.direction();
         let (along, turn) = (chance.direction(), chance.direction());
         let across = along.cross(turn).normalize();
         let height = if side == 4 { 1e-3 } else { chance.between(0.3, 1.0) };
-        let corner = |a: f64, b: f64| (place + size * (a * along + b * height * across)).to_array().map(f32_nearest);
+        let corner = |a: f64, b: f64| (centre + size * (a * along + b * height * across)).to_array().map(f32_nearest);
         let triangle = [corner(-0.5, 0.0), corner(0.5, 0.0), corner(chance.between(-0.5, 0.5), 1.0)];
         let bvh = Bvh::build(&[triangle]);
         let normal = along.cross(across);
         let rays: Vec<_> = (0..LANES)
             .map(|lane| {
                 let (a, b) = (chance.between(-0.5, 0.5), chance.between(-0.1, 1.0));
-                let target = place + size * (a * along + b * height * across);
+                let target = centre + size * (a * along + b * height * across);
                 let lean = if side == 1 { chance.decade(1e-4, 1e-1) } else { chance.between(0.5, 1.2) };
                 let (flat, up) = (lean.cos_sin().0, lean.cos_sin().1);
                 let way = (along * flat + normal * up).normalize();

@@ -156,18 +156,18 @@ fn page() -> PathBuf {
 /// Random numbers of one case, one after the other.
 pub struct Chance {
     key: DrawKey,
-    place: u64,
+    drawn: u64,
 }
 
 impl Chance {
     pub fn new(case: u64) -> Self {
-        Self { key: DrawKey::root(SEED).with(case), place: 0 }
+        Self { key: DrawKey::root(SEED).with(case), drawn: 0 }
     }
 
     /// 64 random bits.
     pub fn bits(&mut self) -> u64 {
-        self.place += 1;
-        self.key.with(self.place).0
+        self.drawn += 1;
+        self.key.with(self.drawn).0
     }
 
     /// 32 random bits.

@@ -51,15 +51,15 @@ def adjustment():
                 local = pose.compose(mounting).transformTo(Point3(*point))
                 if local[2] < 0.3:
                     continue
-                place = np.array([FX * local[0] / local[2] + CX, FY * local[1] / local[2] + CY])
-                if not (0 <= place[0] <= 639 and 0 <= place[1] <= 479):
+                pixel = np.array([FX * local[0] / local[2] + CX, FY * local[1] / local[2] + CY])
+                if not (0 <= pixel[0] <= 639 and 0 <= pixel[1] <= 479):
                     continue
-                place = place + rng.normal(0, SIGMA_PX, 2)
+                pixel = pixel + rng.normal(0, SIGMA_PX, 2)
                 if rng.uniform() < 0.03:
-                    place = place + rng.uniform(-9, 9, 2)
-                observations.append([n, p, c, float(place[0]), float(place[1])])
+                    pixel = pixel + rng.uniform(-9, 9, 2)
+                observations.append([n, p, c, float(pixel[0]), float(pixel[1])])
                 for graph, noise in zip(graphs, [robust, plain]):
-                    graph.add(gtsam.GenericProjectionFactorCal3_S2(place, noise, key("x", n), key("p", p), calibration, mounting))
+                    graph.add(gtsam.GenericProjectionFactorCal3_S2(pixel, noise, key("x", n), key("p", p), calibration, mounting))
     start = gtsam.Values()
     starts = [truth[0]] + [pose.compose(twist(rng.normal(0, 0.02, 3), rng.normal(0, 0.01, 3))) for pose in truth[1:]]
     moved = points + rng.normal(0, 0.05, points.shape)

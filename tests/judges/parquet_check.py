@@ -24,7 +24,7 @@ polar = polars.read_parquet(parquet)
 
 columns = {
     "pyarrow": {name: arrow.column(name).to_pylist() for name in arrow.column_names},
-    "duckdb": {name: [row[place] for row in duck_rows] for place, name in enumerate(duck_names)},
+    "duckdb": {name: [row[column_index] for row in duck_rows] for column_index, name in enumerate(duck_names)},
     "polars": {name: polar[name].to_list() for name in polar.columns},
 }
 types = {

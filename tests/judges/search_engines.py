@@ -53,7 +53,7 @@ def main():
     alone = run([*words, "--out", threads])
     code, killed, finished = on_dask(words, dask)
     codes = [alone, code, on_slurm(words, slurm)]
-    names = sorted(Path(place).name for place in glob.glob(f"{threads}/rounds/*"))
+    names = sorted(Path(path).name for path in glob.glob(f"{threads}/rounds/*"))
     unequal = []
     for other in (dask, slurm):
         _, differ, missing = filecmp.cmpfiles(f"{threads}/rounds", f"{other}/rounds", names, shallow=False)

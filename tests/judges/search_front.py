@@ -42,10 +42,10 @@ seeds_most = 4
 
 def program(folder):
     """The stand-in as a program of one name."""
-    place = folder / "stand-in"
-    place.write_text(f'#!/bin/sh\nexec "{sys.executable}" -S -E "{stand_in.__file__}" "$@"\n', encoding="utf-8")
-    place.chmod(0o755)
-    return str(place)
+    path = folder / "stand-in"
+    path.write_text(f'#!/bin/sh\nexec "{sys.executable}" -S -E "{stand_in.__file__}" "$@"\n', encoding="utf-8")
+    path.chmod(0o755)
+    return str(path)
 
 
 def searched(folder, sampler, seed, more="", name="", cells=CELLS):
@@ -54,9 +54,9 @@ def searched(folder, sampler, seed, more="", name="", cells=CELLS):
     factors = "".join(
         f'[[factor]]\nkey = "{name}"\nlow = {low}\nhigh = {high}\nspacing = "log"\n' for name, (low, high) in stand_in.RANGES.items()
     )
-    place = folder / f"{sampler}{name}-{seed}.toml"
-    place.write_text(SEARCH.format(factors=factors, sampler=sampler, seed=seed, cells=cells) + more, encoding="utf-8")
-    state = loop.State(file.read(place), out)
+    path = folder / f"{sampler}{name}-{seed}.toml"
+    path.write_text(SEARCH.format(factors=factors, sampler=sampler, seed=seed, cells=cells) + more, encoding="utf-8")
+    state = loop.State(file.read(path), out)
     with Engine(argparse.Namespace(engine="local", program=str(folder / "stand-in"), rest=[])) as engine:
         loop.check_identity(state)
         while loop.play(state, engine):

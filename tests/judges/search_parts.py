@@ -35,12 +35,12 @@ def volumes_agree():
     generator, compared = random.Random(1), 0
     for dimensions in (1, 2, 3, 4):
         for _ in range(20):
-            places = [[generator.random() for _ in range(dimensions)] for _ in range(12)]
+            points = [[generator.random() for _ in range(dimensions)] for _ in range(12)]
             reference = [0.9] * dimensions
-            inside = [one for one in places if all(value < 0.9 for value in one)]
+            inside = [one for one in points if all(value < 0.9 for value in one)]
             theirs = compute_hypervolume(numpy.array(inside), numpy.array(reference)) if inside else 0.0
             # Sums of at most a thousand products of numbers below one.
-            assert abs(hypervolume(places, reference) - theirs) < 1e-12, (places, theirs)
+            assert abs(hypervolume(points, reference) - theirs) < 1e-12, (points, theirs)
             compared += 1
     return compared
 

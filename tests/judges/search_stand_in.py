@@ -1,6 +1,6 @@
 """Plays `sensel sweep` for a problem whose front is known: the same words, the same table, figures in closed form with noise.
 
-Six factors. One trades power for pose error; the others each have a best place, and every distance from it costs both. A run's pose error
+Six factors. One trades power for pose error; the others each have a best value, and every distance from it costs both. A run's pose error
 has a log-normal draw of 15 % by its seed, as cells of a study have; designs of a large pose error lose track in some runs. Fewer frames
 drift less and have more noise. Expected codes tell nothing of the pose error here, so a search must leave a rung of them out."""
 
@@ -36,7 +36,7 @@ def share(name, value):
 
 
 def distance(design):
-    """1 at the best places; grows with the square of the distance from each."""
+    """1 at the best values; grows with the square of the distance from each."""
     squares = sum((share(name, design[name]) - best) ** 2 for name, best in BEST.items())
     return 1.0 + 4.0 * squares + (0.0 if design["smoothing"] == "binomial" else 0.6)
 
@@ -90,8 +90,8 @@ def main():
         asked = Path(options["--cells"]).read_text(encoding="utf-8").split() if "--cells" in options else names.values()
         for cell in sweep["cell"]:
             if names[cell["name"]] in asked:
-                place = folder / "cells" / f"{names[cell['name']]}.json"
-                place.write_text(json.dumps(figures(cell["set"])), encoding="utf-8")
+                path = folder / "cells" / f"{names[cell['name']]}.json"
+                path.write_text(json.dumps(figures(cell["set"])), encoding="utf-8")
         return
     if not folder.exists():
         sys.exit(4)
@@ -99,9 +99,9 @@ def main():
         rows = csv.writer(table, lineterminator="\n")
         rows.writerow(["cell", "status", "cell", *FIGURES])
         for label, name in names.items():
-            place = folder / "cells" / f"{name}.json"
-            if place.exists():
-                rows.writerow([name, "done", label, *json.loads(place.read_text(encoding="utf-8"))])
+            path = folder / "cells" / f"{name}.json"
+            if path.exists():
+                rows.writerow([name, "done", label, *json.loads(path.read_text(encoding="utf-8"))])
 
 
 if __name__ == "__main__":

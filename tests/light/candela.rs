@@ -31,8 +31,8 @@ fn under_turned(light: serde_json::Value, turn_rad: f64, settings: &BakeSettings
     scene.lit_absolutely(&bake, DVec3::new(1.0, 1.0, 5.5), Illuminant::D65).unwrap()
 }
 
-/// Lux at places of the square, with the angle from the light's axis and what a point of 100 cd gives there.
-fn places(lit: &LitScene) -> Vec<(f64, f64, f64)> {
+/// Lux at points of the square, with the angle from the light's axis and what a point of 100 cd gives there.
+fn readings(lit: &LitScene) -> Vec<(f64, f64, f64)> {
     let mut found = Vec::new();
     for triangle in 0..2_u32 {
         let [a, b, c] = lit.scene().mesh.corners_m(index(triangle)).map(|m| DVec3::from_array(m.map(f64::from)));
@@ -56,17 +56,17 @@ fn a_point_light_gives_its_candela_in_every_direction() {
     // Whatever the rays: what it sends straight to a surface is a closed form.
     for settings in [BakeSettings::DRAFT, BakeSettings::ROOM, BakeSettings::DRAFT.direct()] {
         let lit = under(serde_json::json!({"type": "point", "intensity": 100}), &settings);
-        let places = places(&lit);
-        let middle = places.iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+        let readings = readings(&lit);
+        let middle = readings.iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
         assert!((middle.1 / 25.0 - 1.0).abs() < 0.005, "{middle:?}");
-        let mean = places.iter().map(|(_, lux, expected)| lux / expected).sum::<f64>() / 462.0;
+        let mean = readings.iter().map(|(_, lux, expected)| lux / expected).sum::<f64>() / 462.0;
         assert!((mean - 1.0).abs() < 0.005, "{mean}");
-        for (angle_deg, lux, expected) in &places {
+        for (angle_deg, lux, expected) in &readings {
             // 0.5 % is asked for. Between samples s apart light is linear, and bends by s^2 E'' / 8: 0.85 % of E in a corner, where they
             // stand 0.45 m apart and E'' is E / 3 m^2.
             assert!((lux / expected - 1.0).abs() < 0.01, "{angle_deg} degrees: {lux} lux, expected {expected}");
         }
-        assert_eq!(places.len(), 2 * 231);
+        assert_eq!(readings.len(), 2 * 231);
     }
 }
 
@@ -126,7 +126,7 @@ fn a_spot_light_gives_its_candela_within_its_cone_and_nothing_beyond() {
         "type": "spot", "intensity": 100, "spot": {"innerConeAngle": inner, "outerConeAngle": outer}});
     let lit = under(spot, &BakeSettings::ROOM);
     let mut counts = [0; 3];
-    for (angle_deg, lux, expected) in places(&lit) {
+    for (angle_deg, lux, expected) in readings(&lit) {
         // A sample's spacing is 1.6 degrees of the cone, seen along the diagonal of its cell.
         match angle_deg {
             _ if angle_deg < 17.5 => {
@@ -189,7 +189,7 @@ fn base_colour_times_texture_is_what_a_surface_reflects_up_to_white() {
     assert_eq!(tried, 6);
 }
 
-/// Material, vertices and triangles of a file's light at a place, shining down.
+/// Material, vertices and triangles of a file's light at a position, shining down.
 pub fn ball_of(light: &serde_json::Value, at_m: [f64; 3]) -> (Material, Vec<Vertex>, Vec<[u32; 3]>) {
     let mut file = File::square();
     file.json["extensions"] = serde_json::json!({"KHR_lights_punctual": {"lights": [light]}});
@@ -208,7 +208,7 @@ pub fn ball_of(light: &serde_json::Value, at_m: [f64; 3]) -> (Material, Vec<Vert
     (material, vertices, (0..count).map(|at| [3 * at, 3 * at + 1, 3 * at + 2]).collect())
 }
 
-/// A spot light of 100 cd at a place, shining down.
+/// A spot light of 100 cd at a position, shining down.
 pub fn spot_ball(at_m: [f64; 3], inner_rad: f64, outer_rad: f64) -> (Material, Vec<Vertex>, Vec<[u32; 3]>) {
     let cone = serde_json::json!({"innerConeAngle": inner_rad, "outerConeAngle": outer_rad});
     ball_of(&serde_json::json!({"type": "spot", "intensity": 100, "spot": cone}), at_m)

@@ -89,8 +89,8 @@ fn mitsuba_sees_the_box_room_within_two_per_cent() {
     std::fs::create_dir_all(&folder).unwrap();
     let scene = box_room::box_room(1);
     let camera = camera(SIZE, FOV_RAD, 1.0, Pupil::ThinLens);
-    let places = [(DVec3::new(0.0, 1.5, 0.3), 0.4, 0.35), (DVec3::new(0.4, 1.3, -0.2), 2.4, 0.25)];
-    let views = places.map(|(at_m, turn, down)| view(&looking(at_m, turn, down)));
+    let poses = [(DVec3::new(0.0, 1.5, 0.3), 0.4, 0.35), (DVec3::new(0.4, 1.3, -0.2), 2.4, 0.25)];
+    let views = poses.map(|(at_m, turn, down)| view(&looking(at_m, turn, down)));
     // Four times the rays that the box scenario has; those are compared as well, and may differ by a little more.
     let fine = BakeSettings { grid_rays: 1024, ..BakeSettings::ROOM };
     let all = [("direct", fine.direct()), ("full", fine), ("default", BakeSettings::of(&scene))];
@@ -99,7 +99,7 @@ fn mitsuba_sees_the_box_room_within_two_per_cent() {
         let bake = scene.bake(&settings, &|_| {});
         println!("{name}: baked in {:.2} s, {:?}", start.elapsed().as_secs_f64(), BakeCost::of(&scene, &settings));
         let lit = scene.clone().lit_absolutely(&bake, DVec3::new(0.0, 1.5, 0.3), Illuminant::D65).unwrap();
-        for (number, (at_m, turn, down)) in places.into_iter().enumerate() {
+        for (number, (at_m, turn, down)) in poses.into_iter().enumerate() {
             let photons = seen(&lit, &camera, looking(at_m, turn, down), 2048).photons;
             let bytes: Vec<u8> = photons.values().iter().flat_map(|value| value.to_le_bytes()).collect();
             std::fs::write(folder.join(format!("{name}{number}.f32")), bytes).unwrap();
@@ -325,9 +325,12 @@ fn mitsuba_sees_the_shadows_of_wide_lamps_where_they_are_here() {
     assert!(figure("default", "share_beyond_20_per_cent") > 0.006, "the bake alone is as good: {found}");
 }
 
-/// Boxes without a bottom, whose dark inside must not show on the floor around them.
+/// Boxes without a bottom, whose dark inside must not show on the floor around them. Each week.
 #[test]
 fn mitsuba_sees_the_floor_beside_open_two_sided_boxes_as_bright_as_it_is_here() {
+    if !crate::common::takes_all_cases() {
+        return;
+    }
     let pose = looking(DVec3::new(-0.5, 0.9, 1.5), 0.4, 0.35);
     let found = judged_shadows("open", table_room(true), pose, &serde_json::json!([]));
     let figure = |name: &str, figure: &str| found[name][figure].as_f64().unwrap();

@@ -31,7 +31,7 @@ fn assert_sound(flow: &Flow, params: &LinkParams, case: &str) {
         free = sent.end;
     }
     let rows = flow.row_read.len();
-    // A row is read only where a row that many places before it has left.
+    // A row is read only where a row that many rows before it has left.
     let left: Vec<Clocks> = flow
         .sent
         .iter()

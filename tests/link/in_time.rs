@@ -117,7 +117,7 @@ fn latency_ends_with_the_last_bit_of_the_last_packet_whatever_link_and_extractor
 #[test]
 fn an_extractor_that_can_need_more_clocks_than_a_frame_has_is_warned_of_beforehand() {
     // One engine makes a feature in 300 clocks: 320 in a frame of 96,000, of which the first 22,000 pass before a row of cells is whole.
-    // Two octaves have places for 412.
+    // Two octaves have room for 412.
     let short =
         ["sensor.readout.hts=480", "sensor.readout.vts=200", "sensor.readout.exposure_us=500.0", "link.lanes=4"];
     let many = [

@@ -79,12 +79,13 @@ fn merged(parts: &[&Mesh]) -> Mesh {
 #[test]
 fn what_stands_and_objects_at_rest_are_mirrored_alike() {
     // The board stands upright beside the camera's axis, tilted towards the mirror behind it: it is seen itself and as an image.
-    let place = Pose::new(DQuat::from_rotation_y(0.6), DVec3::new(0.3, -0.1, 1.6));
+    let world_from_board = Pose::new(DQuat::from_rotation_y(0.6), DVec3::new(0.3, -0.1, 1.6));
     let mut board = board().mesh.clone();
     for vertex in &mut board.vertices {
-        let at_m = place.point(DVec3::from_array(vertex.position_m.map(f64::from)));
+        let at_m = world_from_board.point(DVec3::from_array(vertex.position_m.map(f64::from)));
         vertex.position_m = at_m.to_array().map(f32_nearest);
-        vertex.normal = place.direction(DVec3::from_array(vertex.normal.map(f64::from))).to_array().map(f32_nearest);
+        vertex.normal =
+            world_from_board.direction(DVec3::from_array(vertex.normal.map(f64::from))).to_array().map(f32_nearest);
     }
     let (speck, mirror, board) = (&nothing().scene().mesh.clone(), &mirror(3.0), &board);
     let picture = |standing: &[&Mesh], moving: &[&Mesh]| {

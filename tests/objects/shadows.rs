@@ -158,8 +158,8 @@ fn an_object_is_shaded_by_another_as_by_what_stands() {
     let of_object = standing(vec![dark(), Scene::new("bar", bar(), SKY).unwrap()], &without);
     let [lit, of_scene] = [&without, &with].map(|fixed| standing(vec![dark()], fixed));
     let mut shaded = 0;
-    let places = (1..16_u8).flat_map(|u| (1..16 - u).map(move |v| (u, v)));
-    for (triangle, (u, v)) in places.flat_map(|place| [(0, place), (1, place)]) {
+    let points = (1..16_u8).flat_map(|u| (1..16 - u).map(move |v| (u, v)));
+    for (triangle, (u, v)) in points.flat_map(|point| [(0, point), (1, point)]) {
         let weights = [u, v].map(|at| f32::from(at) / 16.0);
         let [lit, of_scene, of_object] =
             [&lit, &of_scene, &of_object].map(|objects| from_above(&objects[0], triangle, weights));

@@ -71,7 +71,7 @@ fn seen() -> Vec<Seen> {
     all
 }
 
-/// The differences of the pixels of a region, with their places.
+/// The differences of the pixels of a region, with their positions.
 struct Group {
     differences_e: Vec<f64>,
     columns: usize,

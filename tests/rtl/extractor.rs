@@ -66,9 +66,9 @@ fn core_out<'a>(config: &FxBackConfig, out: &'a ExtractorOut) -> Vec<Pin<'a>> {
 /// The nine differences as the bus holds them, bytes from the lowest.
 fn resp_bytes(config: &FxBackConfig, resp: &[u16; 9]) -> Vec<u8> {
     let mut bytes = vec![0; 20];
-    for (place, &value) in resp.iter().enumerate() {
+    for (element, &value) in resp.iter().enumerate() {
         for bit in 0..config.pix_bits {
-            let at = place * usize::try_from(config.pix_bits).unwrap() + usize::try_from(bit).unwrap();
+            let at = element * usize::try_from(config.pix_bits).unwrap() + usize::try_from(bit).unwrap();
             bytes[at / 8] |= u8::from(value >> bit & 1 == 1) << (at % 8);
         }
     }
@@ -231,9 +231,12 @@ fn photographs_give_the_same_in_all_forms() {
     judge.finish_after(SEED, 300_000);
 }
 
-/// The most hardware there is: 16 bits, Harris, four octaves, four places, four engines, a queue of 64.
+/// The most hardware there is: 16 bits, Harris, four octaves, four corners a cell, four engines, a queue of 64. Each week.
 #[test]
 fn the_widest_core_equals_its_twin_on_every_clock() {
+    if !crate::common::takes_all_cases() {
+        return;
+    }
     const SEED: u64 = 56;
     let mut random = Random::new(SEED);
     let built = widest();
@@ -254,7 +257,7 @@ fn the_widest_core_equals_its_twin_on_every_clock() {
 }
 
 #[test]
-fn the_back_alone_with_three_engines_and_one_place_in_its_queue_equals_its_twin_on_every_clock() {
+fn the_back_alone_with_three_engines_and_one_entry_in_its_queue_equals_its_twin_on_every_clock() {
     const SEED: u64 = 54;
     let mut random = Random::new(SEED);
     let built = hardware(2);

@@ -179,8 +179,8 @@ pub fn compare(case: &Case, pictures: &[Vec<u16>], name: &str) -> Told {
     let eight = case.config.pix_bits == 8;
     let (expected, end_clk) = if eight { functional::<u8>(case, pictures) } else { functional::<u16>(case, pictures) };
     let (found, toggles) = clocked(case, pictures, end_clk);
-    for (place, (found, expected)) in found.features.iter().zip(&expected.features).enumerate() {
-        assert_eq!(found, expected, "{name}, feature {place}: {case:?}");
+    for (at, (found, expected)) in found.features.iter().zip(&expected.features).enumerate() {
+        assert_eq!(found, expected, "{name}, feature {at}: {case:?}");
     }
     assert_eq!(found, expected, "{name}: {case:?}");
     let (rows, rows_toggles) = if eight { by_rows::<u8>(case, pictures) } else { by_rows::<u16>(case, pictures) };

@@ -280,6 +280,6 @@ pub fn picture(random: &mut Random, config: &FxBackConfig) -> Vec<u16> {
             (hit.map_or(top / 3, |hit| hit[4]) + random.below(top / 10)).min(top)
         }
     };
-    let places = (0..config.height).flat_map(|y| (0..config.width).map(move |x| (x, y)));
-    places.map(|(x, y)| u16::try_from(pixel(x, y)).unwrap()).collect()
+    let positions = (0..config.height).flat_map(|y| (0..config.width).map(move |x| (x, y)));
+    positions.map(|(x, y)| u16::try_from(pixel(x, y)).unwrap()).collect()
 }

@@ -25,9 +25,9 @@ fn front_in(config: &FxFrontConfig, pins: &FxFrontIn) -> [Pin<'static>; 7] {
 fn resp_bytes(config: &FxFrontConfig, resp: &[u16; 9]) -> [u8; 24] {
     let mut bytes = [0; 24];
     for (element, &value) in (0..).zip(resp) {
-        for place in 0..config.pix_bits {
-            let at = element * config.pix_bits + place;
-            bytes[usize::try_from(at / 8).unwrap()] |= u8::try_from(value >> place & 1).unwrap() << (at % 8);
+        for bit in 0..config.pix_bits {
+            let at = element * config.pix_bits + bit;
+            bytes[usize::try_from(at / 8).unwrap()] |= u8::try_from(value >> bit & 1).unwrap() << (at % 8);
         }
     }
     bytes

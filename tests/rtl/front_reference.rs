@@ -208,11 +208,14 @@ impl<'a> Reference<'a> {
     fn row(&mut self, octave: usize, y: usize, is_virtual: bool) {
         let Octave { picture, differences } = &self.octaves[octave];
         let [k, row] = [octave, y].map(|value| u32::try_from(value).unwrap());
-        let place = |at: usize, back: usize| u32::try_from(at - back).unwrap();
+        let coordinate = |at: usize, back: usize| u32::try_from(at - back).unwrap();
         for x in 0..=picture.width {
             if x >= 6 && y >= 6 && x < picture.width && !is_virtual {
                 let pixel = smoothed(picture, x - 3, y - 3);
-                self.events.push((self.position, Event::Smoothed { octave: k, x: place(x, 3), y: place(y, 3), pixel }));
+                self.events.push((
+                    self.position,
+                    Event::Smoothed { octave: k, x: coordinate(x, 3), y: coordinate(y, 3), pixel },
+                ));
             }
             if x >= 7 && y >= 7 {
                 let (cx, cy) = (x - 4, y - 4);
@@ -224,7 +227,7 @@ impl<'a> Reference<'a> {
                     let score = resp[4] - 1;
                     let harris = self.config.harris.then(|| harris_rank(picture, self.config.pix_bits, cx, cy));
                     let rank = harris.unwrap_or(score);
-                    let (x, y) = (place(cx, 0), place(cy, 0));
+                    let (x, y) = (coordinate(cx, 0), coordinate(cy, 0));
                     self.events.push((self.position, Event::Corner { octave: k, x, y, score, resp, rank }));
                     self.corners += 1;
                 }

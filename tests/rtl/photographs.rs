@@ -19,8 +19,8 @@ pub fn photographs(width: u32, height: u32) -> Vec<Vec<u16>> {
             let grey = image::open(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display())).into_luma8();
             for (left, top) in [(2, 2), (4, 4)].map(|(x, y)| ((grey.width() - width) / x, (grey.height() - height) / y))
             {
-                let places = (top..top + height).flat_map(|y| (left..left + width).map(move |x| (x, y)));
-                parts.push(places.map(|(x, y)| grey.get_pixel(x, y).0[0].into()).collect());
+                let pixels = (top..top + height).flat_map(|y| (left..left + width).map(move |x| (x, y)));
+                parts.push(pixels.map(|(x, y)| grey.get_pixel(x, y).0[0].into()).collect());
             }
         }
     }

@@ -3,14 +3,14 @@
 
 use std::process::{Command, Stdio};
 
-use super::{Place, SMALL};
+use super::{SMALL, SweepTest};
 
 /// A script of bash in which `run` is `sensel sweep run` into the folder `$disk/out`; `prefix` starts it: code, output, errors.
-fn in_bash(place: &Place, prefix: &[&str], script: &str) -> (i32, String, String) {
+fn in_bash(test: &SweepTest, prefix: &[&str], script: &str) -> (i32, String, String) {
     let words =
-        place.arguments("run", "disk/out", &["--cache", &place.scratch.join("cache"), "--threads", "1", "--quiet"]);
+        test.arguments("run", "disk/out", &["--cache", &test.scratch.join("cache"), "--threads", "1", "--quiet"]);
     let quoted: Vec<String> = words.iter().map(|word| format!("'{word}'")).collect();
-    let disk = place.scratch.join("disk");
+    let disk = test.scratch.join("disk");
     std::fs::create_dir_all(&disk).unwrap();
     let program = env!("CARGO_BIN_EXE_sensel");
     let script = format!("run() {{ '{program}' {}; }}\ndisk='{disk}'\n{script}", quoted.join(" "));
@@ -29,12 +29,12 @@ fn can_mount() -> bool {
 
 #[test]
 fn a_file_that_may_not_grow_ends_the_sweep_with_4_and_its_name() {
-    let place = Place::new("file-limit", SMALL);
+    let test = SweepTest::new("file-limit", SMALL);
     // Files of 2 KiB at most: neither a record of a cell nor photons fit. A signal that is ignored becomes an error of the write.
-    let (code, _, said) = in_bash(&place, &[], "trap '' XFSZ; ulimit -f 2; run");
+    let (code, _, said) = in_bash(&test, &[], "trap '' XFSZ; ulimit -f 2; run");
     assert_eq!(code, 4, "{said}");
     assert!(said.contains("photons are not stored") && said.contains(".json"), "{said}");
-    let (code, _, said) = in_bash(&place, &[], "run");
+    let (code, _, said) = in_bash(&test, &[], "run");
     assert_eq!(code, 0, "{said}");
     assert!(!said.contains("damaged"), "no torn file was left: {said}");
 }
@@ -45,10 +45,10 @@ fn a_full_disk_keeps_finished_cells_and_the_sweep_goes_on_when_there_is_room() {
         println!("no file system can be mounted here; a_file_that_may_not_grow covers the refused write");
         return;
     }
-    let place = Place::new("full-disk", &SMALL.replace("seeds = 2", "seeds = 10"));
+    let test = SweepTest::new("full-disk", &SMALL.replace("seeds = 2", "seeds = 10"));
     let script = "mount -t tmpfs -o size=100k none $disk; run; echo code $?; ls $disk/out/cells/* | grep -c json; \
                   mount -o remount,size=50m $disk; run; echo code $?; ls $disk/out/cells/* | grep -c json; ls -A $disk/out";
-    let (_, told, said) = in_bash(&place, &["unshare", "--mount"], script);
+    let (_, told, said) = in_bash(&test, &["unshare", "--mount"], script);
     let lines: Vec<&str> = told.lines().collect();
     assert_eq!((lines[0], lines[2], lines[3]), ("code 4", "code 0", "40"), "{told}{said}");
     let kept: u32 = lines[1].parse().unwrap();
@@ -59,16 +59,16 @@ fn a_full_disk_keeps_finished_cells_and_the_sweep_goes_on_when_there_is_room() {
 
 #[test]
 fn a_read_only_folder_is_refused_with_4() {
-    let place = Place::new("read-only", SMALL);
+    let test = SweepTest::new("read-only", SMALL);
     let is_root = rustix::process::geteuid().is_root();
     if is_root && !can_mount() {
         println!("nothing is read-only for root, and no file system can be mounted here");
         return;
     }
     let (code, _, said) = if is_root {
-        in_bash(&place, &["unshare", "--mount"], "mount -t tmpfs -o ro none $disk; run")
+        in_bash(&test, &["unshare", "--mount"], "mount -t tmpfs -o ro none $disk; run")
     } else {
-        in_bash(&place, &[], "chmod 555 $disk; run; code=$?; chmod 755 $disk; exit $code")
+        in_bash(&test, &[], "chmod 555 $disk; run; code=$?; chmod 755 $disk; exit $code")
     };
     assert_eq!(code, 4, "{said}");
     assert!(said.contains("Read-only") || said.contains("ermission"), "{said}");

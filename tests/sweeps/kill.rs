@@ -6,7 +6,7 @@ use std::time::Duration;
 use rand::RngExt;
 use sensel::draw::DrawKey;
 
-use super::{Place, ended, started};
+use super::{SweepTest, ended, started};
 use crate::common::{cases, names};
 
 /// Cells and kills: the full number with `SENSEL_ALL_CASES`, which takes minutes.
@@ -33,15 +33,15 @@ fn finished_in(folder: &Path) -> usize {
 #[test]
 fn a_killed_sweep_goes_on_and_its_table_is_byte_identical() {
     let (cells, kills) = size();
-    let place = Place::new("kill", &sweep(cells));
-    place.done("run", "whole", &["--quiet"]);
-    let whole = place.gathered("whole");
+    let test = SweepTest::new("kill", &sweep(cells));
+    test.done("run", "whole", &["--quiet"]);
+    let whole = test.gathered("whole");
     let mut stream = DrawKey::root(25).stream();
     let mut finished = Vec::new();
-    let folder = place.scratch.path().join("killed/cells");
+    let folder = test.scratch.path().join("killed/cells");
     for kill in 0..kills {
         let before = finished_in(&folder);
-        let mut child = started(&place, "run", "killed", &["--threads", if kill % 2 == 0 { "1" } else { "2" }]);
+        let mut child = started(&test, "run", "killed", &["--threads", if kill % 2 == 0 { "1" } else { "2" }]);
         // From before the first cell to some way in: after so many cells more, and some milliseconds into the next one.
         let more = stream.random_range(0..=cells / kills);
         while finished_in(&folder) < before + more && child.try_wait().unwrap().is_none() {
@@ -55,20 +55,20 @@ fn a_killed_sweep_goes_on_and_its_table_is_byte_identical() {
     }
     assert!(finished[kills - 1] > 0, "no kill fell into the middle of the run: {finished:?}");
     assert!(finished.windows(2).all(|pair| pair[0] <= pair[1]), "a finished cell was lost: {finished:?}");
-    let last = ended(&place, "run", "killed", &["--json"]);
+    let last = ended(&test, "run", "killed", &["--json"]);
     assert_eq!(last.code, 0, "{}", last.stderr);
     assert!(!last.stderr.contains("damaged"), "no cell is torn: {}", last.stderr);
-    assert!(place.gathered("killed") == whole);
-    let left = names(&place.scratch.path().join("killed"));
+    assert!(test.gathered("killed") == whole);
+    let left = names(&test.scratch.path().join("killed"));
     assert!(left.iter().all(|name| !name.ends_with(".part")), "{left:?}");
 }
 
 #[cfg(unix)]
 #[test]
 fn an_interrupt_keeps_finished_cells_and_ends_with_130() {
-    let place = Place::new("interrupt", &sweep(60));
-    let mut child = started(&place, "run", "out", &["--threads", "1"]);
-    let folder = place.scratch.path().join("out/cells");
+    let test = SweepTest::new("interrupt", &sweep(60));
+    let mut child = started(&test, "run", "out", &["--threads", "1"]);
+    let folder = test.scratch.path().join("out/cells");
     // Until the first cell is there; the test's own limit ends it otherwise.
     while std::fs::read_dir(&folder).is_ok_and(|mut entries| entries.next().is_none()) || !folder.exists() {
         std::thread::sleep(Duration::from_millis(10));
@@ -76,7 +76,7 @@ fn an_interrupt_keeps_finished_cells_and_ends_with_130() {
     let id = i32::try_from(child.id()).unwrap();
     rustix::process::kill_process(rustix::process::Pid::from_raw(id).unwrap(), rustix::process::Signal::INT).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(130));
-    let again = ended(&place, "run", "out", &["--json"]).json();
+    let again = ended(&test, "run", "out", &["--json"]).json();
     let run = again["run"].as_u64().unwrap();
     assert!(run < 60, "{run} of 60 ran again");
 }

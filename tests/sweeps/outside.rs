@@ -6,7 +6,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use super::{Place, SMALL};
+use super::{SMALL, SweepTest};
 
 /// A script of the judges; its absence is a failure, not a pass.
 pub fn judge(script: &str, arguments: &[&str]) -> Value {
@@ -30,10 +30,10 @@ fn wide() -> String {
 
 #[test]
 fn the_table_opens_in_pyarrow_duckdb_and_polars_with_units_and_types() {
-    let place = Place::new("tools", &wide().replace("seeds = 15", "seeds = 2"));
-    place.done("run", "out", &["--quiet"]);
-    let csv = String::from_utf8(place.gathered("out")[1].clone()).unwrap();
-    let file = |name: &str| place.scratch.join(&format!("out/{name}"));
+    let test = SweepTest::new("tools", &wide().replace("seeds = 15", "seeds = 2"));
+    test.done("run", "out", &["--quiet"]);
+    let csv = String::from_utf8(test.gathered("out")[1].clone()).unwrap();
+    let file = |name: &str| test.scratch.join(&format!("out/{name}"));
     let found = judge("parquet_check.py", &[&file("cells.parquet"), &file("cells.csv")]);
     let columns = csv.lines().next().unwrap().split(',').count();
     assert_eq!((found["rows"].as_u64(), found["columns"].as_u64()), (Some(16), u64::try_from(columns).ok()));
@@ -47,16 +47,16 @@ fn the_table_opens_in_pyarrow_duckdb_and_polars_with_units_and_types() {
 
 #[test]
 fn a_dask_worker_that_is_killed_in_mid_sweep_costs_no_cell() {
-    let place = Place::new("dask", &wide());
-    place.done("run", "alone", &["--quiet"]);
-    let (file, out, cache) = (place.scratch.join("sweep.toml"), place.scratch.join("out"), place.scratch.join("cache"));
+    let test = SweepTest::new("dask", &wide());
+    test.done("run", "alone", &["--quiet"]);
+    let (file, out, cache) = (test.scratch.join("sweep.toml"), test.scratch.join("out"), test.scratch.join("cache"));
     let store = ["--cache", &cache, "--photons-gib", "1"];
     let said = judge("dask_sweep.py", &[&[env!("CARGO_BIN_EXE_sensel"), &file, &out], &store[..]].concat());
     assert_eq!((said["exit"].as_u64(), said["workers"].as_u64()), (Some(0), Some(2)), "{said}");
     // The worker and the program that it ran.
     assert!(said["killed"].as_u64().unwrap() >= 2, "a worker was killed while it ran cells: {said}");
     assert!((1..120).contains(&said["finished_at_kill"].as_u64().unwrap()), "in mid-sweep: {said}");
-    assert!(place.gathered("out") == place.gathered("alone"), "{said}");
+    assert!(test.gathered("out") == test.gathered("alone"), "{said}");
 }
 
 #[cfg(unix)]
@@ -66,11 +66,11 @@ fn slurm_runs_the_array_script_and_its_table_is_byte_identical() {
         println!("Slurm's daemons need root; the script runs in bash alone (a_script_for_slurm_names_every_part)");
         return;
     }
-    let place = Place::new("slurm-daemons", &wide());
-    place.done("run", "alone", &["--quiet"]);
+    let test = SweepTest::new("slurm-daemons", &wide());
+    test.done("run", "alone", &["--quiet"]);
     let submit = ["--engine", "slurm", "--shards", "4", "--cpus", "1"];
-    let script = place.scratch.join("job.sh");
-    std::fs::write(&script, place.done("submit", "out", &submit).stdout).unwrap();
+    let script = test.scratch.join("job.sh");
+    std::fs::write(&script, test.done("submit", "out", &submit).stdout).unwrap();
     let said = judge("slurm_sweep.py", &[&script]);
     if let Some(reason) = said["not_started"].as_str() {
         assert!(!crate::common::takes_all_cases(), "{reason}");
@@ -78,5 +78,5 @@ fn slurm_runs_the_array_script_and_its_table_is_byte_identical() {
         return;
     }
     assert_eq!((said["exit"].as_u64(), said["tasks"].as_u64()), (Some(0), Some(4)), "{said}");
-    assert!(place.gathered("out") == place.gathered("alone"), "{said}");
+    assert!(test.gathered("out") == test.gathered("alone"), "{said}");
 }

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use super::Place;
+use super::SweepTest;
 use super::outside::judge;
 use crate::common::cases;
 
@@ -92,9 +92,9 @@ fn a_rung_is_used_only_if_it_ranks_designs_as_full_cells_do_and_the_gain_is_stat
 
 #[test]
 fn one_seed_gives_the_same_cells_on_threads_on_slurm_and_on_dask_with_a_killed_worker() {
-    let place = Place::new("search-engines", SEARCH);
+    let test = SweepTest::new("search-engines", SEARCH);
     let [file, first, dask, slurm, cache] =
-        ["sweep.toml", "threads", "dask", "slurm", "cache"].map(|name| place.scratch.join(name));
+        ["sweep.toml", "threads", "dask", "slurm", "cache"].map(|name| test.scratch.join(name));
     let program = env!("CARGO_BIN_EXE_sensel");
     let store = ["--cache", &cache, "--photons-gib", "1"];
     let said = judge("search_engines.py", &[&[program, &file, &first, &dask, &slurm], &store[..]].concat());
@@ -184,18 +184,18 @@ fn a_bad_search_is_refused_before_its_first_cell() {
         ),
         (bits, "key = \"sensor.adc.bits\"\nvalues = [\"a\", \"b\"]", &["sensor.adc.bits", "whole number"]),
     ];
-    let places = cases.map(|(from, to, _)| {
+    let tests = cases.map(|(from, to, _)| {
         let text = SEARCH.replace(from, to);
         assert_ne!(text, SEARCH, "{from}");
         let text = if to.contains("values = [") { text.replace("bits = 8", "bits = \"a\"") } else { text };
-        let place = Place::new("search-refused", &text);
-        let names = ["sweep.toml", "out"].map(|name| place.scratch.join(name));
-        (place, names)
+        let test = SweepTest::new("search-refused", &text);
+        let names = ["sweep.toml", "out"].map(|name| test.scratch.join(name));
+        (test, names)
     });
     let program = env!("CARGO_BIN_EXE_sensel");
     let calls: Vec<Vec<&str>> =
-        places.iter().map(|(_, [file, out])| vec!["search", file, "--out", out, "--program", program]).collect();
-    for (((_, to, words), (_place, [_, out])), (code, said)) in cases.iter().zip(&places).zip(sensel_sweep(&calls)) {
+        tests.iter().map(|(_, [file, out])| vec!["search", file, "--out", out, "--program", program]).collect();
+    for (((_, to, words), (_test, [_, out])), (code, said)) in cases.iter().zip(&tests).zip(sensel_sweep(&calls)) {
         assert_eq!(code, 2, "{to}: {said}");
         for word in *words {
             assert!(said.contains(word), "{word}: {said}");
@@ -211,8 +211,8 @@ fn a_bad_search_is_refused_before_its_first_cell() {
 #[test]
 fn a_search_whose_cells_all_fail_says_why() {
     let text = SEARCH.replace("low = 4\nhigh = 10\nwhole = true", "values = [70, 80]").replace("bits = 8", "bits = 70");
-    let place = Place::new("search-failed", &text);
-    let [file, out] = ["sweep.toml", "out"].map(|name| place.scratch.join(name));
+    let test = SweepTest::new("search-failed", &text);
+    let [file, out] = ["sweep.toml", "out"].map(|name| test.scratch.join(name));
     let words = ["search", &file, "--out", &out, "--program", env!("CARGO_BIN_EXE_sensel"), "--photons-gib", "0"];
     let (code, said) = sensel_sweep(&[words.to_vec()]).remove(0);
     let last = said.lines().last().unwrap_or_default();

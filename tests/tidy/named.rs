@@ -12,14 +12,14 @@ fn named(text: &str) -> Vec<(&str, &str)> {
     // Every second piece stands between backticks.
     let pieces: Vec<&str> = text.split('`').collect();
     let mut file = None;
-    for place in (1..pieces.len()).step_by(2) {
-        let word = pieces[place];
-        if pieces[place - 1].contains(')') {
+    for at in (1..pieces.len()).step_by(2) {
+        let word = pieces[at];
+        if pieces[at - 1].contains(')') {
             file = None;
         }
         if word.ends_with(".rs") {
             // A list of names stands in the brackets behind it.
-            file = pieces.get(place + 1).filter(|after| after.starts_with(" (")).map(|_| word);
+            file = pieces.get(at + 1).filter(|after| after.starts_with(" (")).map(|_| word);
         } else if let Some(file) = file {
             found.push((file, word));
         }

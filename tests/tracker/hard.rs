@@ -1,7 +1,7 @@
 //! Hard cases by name.
 
 use sensel::num::f64_from_u64;
-use sensel::tracker::{FrameInput, Status, Tracker, TrackerParams};
+use sensel::tracker::{FrameInput, LossReason, Status, Tracker, TrackerParams};
 
 use super::synthetic::{RATE_HZ, World, lively, resting};
 use sensel::words::PositionPx;
@@ -77,7 +77,7 @@ fn plateaus_of_two_bits_are_tracked() {
     world.hardship.flipped = 0.1;
     let statuses = run(&world, 60, |_, input| {
         for feature in input.features.iter_mut().flatten() {
-            let whole = |place: PositionPx| place.saturating_add(PositionPx::lit("0.5")).int();
+            let whole = |position: PositionPx| position.saturating_add(PositionPx::lit("0.5")).int();
             (feature.x, feature.y) = (whole(feature.x), whole(feature.y));
         }
     });
@@ -85,7 +85,7 @@ fn plateaus_of_two_bits_are_tracked() {
     assert!(tracked >= 58, "{tracked} of 59 frames after the first");
 }
 
-/// All at one place of the picture, and all with one look.
+/// All at one position in the picture, and all with one look.
 #[test]
 fn a_thousand_equal_features_are_neither_tracked_nor_a_panic() {
     let world = World::usual(45);
@@ -96,4 +96,29 @@ fn a_thousand_equal_features_are_neither_tracked_nor_a_panic() {
         let answer = tracker.track(&FrameInput { t_s, features: vec![vec![one; 1_000]; 2], clocks: Vec::new() });
         assert_eq!(answer.status, Status::Waiting);
     }
+}
+
+/// A doorway in the dark: the few corners that are left lie close together. They support a pose whose position is uncertain, which is
+/// taken for three frames at most.
+#[test]
+fn a_position_that_stays_uncertain_is_lost_and_says_why() {
+    let world = World::usual(46);
+    let mut tracker = tracker(&world);
+    let answers: Vec<_> = (0..50)
+        .map(|number| {
+            let mut input = world.frame(number, &lively(f64_from_u64(number) / RATE_HZ));
+            if number >= 40 {
+                for features in &mut input.features {
+                    features.retain(|feature| (feature.x_px() - 320.0).hypot(feature.y_px() - 240.0) < 44.0);
+                }
+            }
+            tracker.track(&input)
+        })
+        .collect();
+    assert!(answers[1..40].iter().all(|answer| answer.status == Status::Tracked && answer.loss.is_none()));
+    let lost = answers.iter().position(|answer| answer.status == Status::Lost).expect("the pose is given up");
+    assert!((41..=43).contains(&lost), "lost in frame {lost}");
+    assert_eq!(answers[lost].loss, Some(LossReason::Uncertain));
+    let events: Vec<_> = answers[lost].events(Some(Status::Tracked)).collect();
+    assert_eq!(events, [("lost", Some("the position is too uncertain"))]);
 }

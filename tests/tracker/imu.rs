@@ -158,7 +158,7 @@ fn a_turn_of_400_degrees_a_second_is_foreseen() {
 
 /// Half a second by feeling alone: 0.05 m/s^2 of what is not yet known of biases makes 6 mm of it.
 #[test]
-fn in_the_dark_no_pose_is_given_and_afterwards_the_place_is_known() {
+fn in_the_dark_no_pose_is_given_and_afterwards_the_position_is_known() {
     let (answers, _) = tracked(&few(3), &Carried { frames: 120, dark: 80..95, ..CARRIED });
     for (number, (_, answer)) in answers.iter().enumerate() {
         let is_dark = (80..95).contains(&number);

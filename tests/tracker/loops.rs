@@ -1,4 +1,4 @@
-//! Places seen again.
+//! Locations seen again.
 
 use glam::DVec3;
 use sensel::pose::{Pose, TimedPose};

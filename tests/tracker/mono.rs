@@ -44,7 +44,7 @@ fn figures(answers: &[(TimedPose, TrackedFrame)]) -> (f64, usize, usize) {
     (sim3.ate_m, estimate.len(), first)
 }
 
-/// The frame's own error is that of two cameras, 0.5 mm: 0.5 px of 320 px at 1.5 m over 150 places. What the map adds is larger
+/// The frame's own error is that of two cameras, 0.5 mm: 0.5 px of 320 px at 1.5 m over 150 positions. What the map adds is larger
 /// and depends on the start; with two cameras it is 2 mm. Five times that is the bound, of which 3 to 4 mm were measured.
 #[test]
 fn one_camera_in_a_lively_hand_is_tracked_up_to_scale() {
@@ -90,11 +90,11 @@ fn corners_that_flicker_do_not_make_keyframes() {
     }
 }
 
-/// The noise of places is what residuals show: 1.5 px in the world show as much, less the share of the 12 unknowns that a frame and the map
-/// fit to them, and what the map is wrong by on top; a third either way. Half a pixel, below the given 0.6 px, leaves a little on top of
-/// it.
+/// The noise of positions is what residuals show: 1.5 px in the world show as much, less the share of the 12 unknowns that a frame and the
+/// map fit to them, and what the map is wrong by on top; a third either way. Half a pixel, below the given 0.6 px, leaves a little on top
+/// of it.
 #[test]
-fn the_noise_of_places_is_learnt_from_one_cameras_residuals() {
+fn the_noise_of_positions_is_learnt_from_one_cameras_residuals() {
     for (noise_px, least_px, most_px) in [(0.5, 0.6, 0.8), (1.5, 1.0, 2.0)] {
         let mut world = mono(63);
         world.hardship.noise_px = noise_px;

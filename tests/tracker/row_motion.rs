@@ -1,4 +1,4 @@
-//! Rolling shutters: places count at their rows' own times.
+//! Rolling shutters: positions count at their rows' own times.
 
 use sensel::pose::{Pose, TimedPose};
 use sensel::report::trajectory_figures;

@@ -9,7 +9,7 @@ use sensel::tracker::{Tracker, TrackerParams};
 use super::synthetic::{Hardship, RATE_HZ, World, resting, time_s};
 use sensel::words::PositionPx;
 
-/// A sensor of 10 bit at 1,000 lux: places scatter by 0.15 px from frame to frame where nothing moves (measured in the furnished room).
+/// A sensor of 10 bit at 1,000 lux: positions scatter by 0.15 px from frame to frame where nothing moves (measured in the furnished room).
 fn calm(seed: u64) -> World {
     let mut world = World::usual(seed);
     world.hardship = Hardship { noise_px: 0.15, flipped: 0.02, ..world.hardship };
@@ -17,11 +17,11 @@ fn calm(seed: u64) -> World {
 }
 
 fn follow(world: &World, motion: fn(f64) -> Pose, frames: u64) -> (Vec<TimedPose>, Vec<TimedPose>) {
-    follow_places(world, motion, frames, |place| place)
+    follow_positions(world, motion, frames, |position| position)
 }
 
 /// The same, of corners whose columns and rows an extractor gives in its own way.
-fn follow_places(
+fn follow_positions(
     world: &World,
     motion: fn(f64) -> Pose,
     frames: u64,
@@ -48,7 +48,7 @@ fn a_still_rig_shakes_by_less_than_a_quarter_of_a_millimetre_and_is_not_frozen()
         let (truth, estimate) = follow(&calm(seed), resting, 90);
         let still = trajectory_figures(&truth, &estimate).unwrap().still;
         println!("seed {seed}: {still:?}");
-        // Issue 6; 0.15 px on some 250 places leave 0.15 / 320 * 1.5 m / sqrt(250 / 6) = 0.11 mm.
+        // Issue 6; 0.15 px on some 250 positions leave 0.15 / 320 * 1.5 m / sqrt(250 / 6) = 0.11 mm.
         assert!(*still.jitter_d2_m.as_ref().unwrap() < 0.25e-3, "seed {seed}: {still:?}");
         assert!(still.steps_under_1um < 0.05, "seed {seed}: {still:?}");
     }
@@ -81,12 +81,12 @@ fn a_tremble_of_a_millimetre_a_second_comes_through_within_a_fifth() {
     }
 }
 
-/// Places are drawn to whole pixels: a tenth of a motion shows there, and 1.9 of it half-way between. Where little else is wrong with
+/// Positions are drawn to whole pixels: a tenth of a motion shows there, and 1.9 of it half-way between. Where little else is wrong with
 /// them, those that stay must not outvote those that go.
 #[test]
 fn a_tremble_comes_through_where_corners_stick_to_whole_pixels() {
-    let sticky = |place: PositionPx| {
-        let position_px = f64::from(place) + 0.5;
+    let sticky = |position: PositionPx| {
+        let position_px = f64::from(position) + 0.5;
         let off = position_px - libm::floor(position_px) - 0.5;
         let drawn = off - 0.9 / std::f64::consts::TAU * libm::sin(std::f64::consts::TAU * off);
         PositionPx::saturating_from_num(libm::floor(position_px) + drawn)
@@ -94,7 +94,7 @@ fn a_tremble_comes_through_where_corners_stick_to_whole_pixels() {
     for seed in [37, 38, 39] {
         let mut world = calm(seed);
         world.hardship.noise_px = 0.05;
-        let (_, estimate) = follow_places(&world, trembling, 90, sticky);
+        let (_, estimate) = follow_positions(&world, trembling, 90, sticky);
         let amplitude_m = amplitude_m(&estimate);
         println!("seed {seed}: {:.4} mm", 1e3 * amplitude_m);
         assert!((amplitude_m - 1e-3).abs() < 0.2e-3, "seed {seed}: {amplitude_m}");

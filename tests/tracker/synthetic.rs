@@ -1,4 +1,4 @@
-//! A synthetic stereo world: points on the walls of a room, keyed descriptors with flipped bits, noisy places, missed and false
+//! A synthetic stereo world: points on the walls of a room, keyed descriptors with flipped bits, noisy positions, missed and false
 //! corners, and a lively hand. Everything is a function of its seed.
 
 use glam::{DQuat, DVec2, DVec3};
@@ -19,7 +19,7 @@ pub const RATE_HZ: f64 = 30.0;
 /// What the world does to the tracker.
 #[derive(Clone, Copy, Debug)]
 pub struct Hardship {
-    /// Standard deviation of a place per axis in pixels; the feature format's rounding comes on top.
+    /// Standard deviation of a position per axis in pixels; the feature format's rounding comes on top.
     pub noise_px: f64,
     /// Share of descriptor bits flipped in each view.
     pub flipped: f64,
@@ -76,7 +76,7 @@ pub fn stereo_rig() -> Vec<CameraCalibration> {
     ]
 }
 
-/// The first of these cameras alone, at the body's place.
+/// The first of these cameras alone, at the body's origin.
 pub fn mono_rig() -> Vec<CameraCalibration> {
     let mut rig = stereo_rig();
     rig.truncate(1);
@@ -84,7 +84,7 @@ pub fn mono_rig() -> Vec<CameraCalibration> {
     rig
 }
 
-/// The same places of the cameras, with fisheyes of TUM-VI's shape that see some 120 degrees off the axis in the picture's corners.
+/// The same poses of the cameras, with fisheyes of TUM-VI's shape that see some 120 degrees off the axis in the picture's corners.
 pub fn fisheye_rig() -> Vec<CameraCalibration> {
     let coefficients = [0.003_482_389_4, 0.000_715_034_8, -0.002_053_236_1, 0.000_202_936_7];
     let mut rig = stereo_rig();
@@ -114,9 +114,9 @@ pub fn room(seed: u64, count: u64) -> Vec<Landmark> {
                 2
             };
             pick = key.with(1).uniform();
-            let mut place = [2, 3, 4].map(|field| 2.0 * key.with(field).uniform() - 1.0);
-            place[axis] = if pick < 0.5 { -1.0 } else { 1.0 };
-            Landmark { position_m: DVec3::from_array(place) * ROOM_M, look: key.with(9) }
+            let mut position = [2, 3, 4].map(|field| 2.0 * key.with(field).uniform() - 1.0);
+            position[axis] = if pick < 0.5 { -1.0 } else { 1.0 };
+            Landmark { position_m: DVec3::from_array(position) * ROOM_M, look: key.with(9) }
         })
         .collect()
 }
@@ -166,7 +166,7 @@ impl World {
         FrameInput { t_s: time_s(number), features, clocks: vec![clock; self.cameras.len()] }
     }
 
-    /// Place of a point on the row that sees it.
+    /// Position of a point on the row that sees it.
     fn position_px(&self, camera: usize, point_m: DVec3, of_row: &dyn Fn(f64) -> Pose) -> Option<DVec2> {
         let calibration = &self.cameras[camera];
         let mut row_px = 0.5 * f64::from(calibration.size.height_px - 1);
@@ -222,16 +222,16 @@ impl World {
 /// 256 keyed bits, some flipped.
 fn bits(look: DrawKey, flipped: impl Fn(u64) -> bool) -> [u8; 32] {
     let mut bytes = [0; 32];
-    for (byte, place) in bytes.iter_mut().zip(0_u64..) {
-        *byte = low_u8(low_u32(look.with(place).0));
+    for (byte, at) in bytes.iter_mut().zip(0_u64..) {
+        *byte = low_u8(low_u32(look.with(at).0));
         for bit in 0..8 {
-            *byte ^= u8::from(flipped(8 * place + bit)) << bit;
+            *byte ^= u8::from(flipped(8 * at + bit)) << bit;
         }
     }
     bytes
 }
 
-/// A corner in the sensor's format, where it lies on the picture: the one place that knows the format's coordinates.
+/// A corner in the sensor's format, where it lies on the picture: the one function that knows the format's coordinates.
 pub fn corner(position_px: DVec2, size: Size, descriptor: [u8; 32]) -> Option<Feature> {
     let inside = position_px.x >= 0.0
         && position_px.y >= 0.0

@@ -82,8 +82,8 @@ fn check_steps(out: &Path, stamp: u64, has_next: bool) {
         near += 1;
     }
     let normal = ["X", "Y", "Z"].map(|axis| exr("normals", &format!("normal.{axis}")));
-    for place in 0..near {
-        let normal = DVec3::from_array([0, 1, 2].map(|axis| f64::from(normal[axis].values()[place])));
+    for at in 0..near {
+        let normal = DVec3::from_array([0, 1, 2].map(|axis| f64::from(normal[axis].values()[at])));
         // Three roundings to f32.
         assert!((normal.length() - 1.0).abs() < 2e-7);
         units += 1;
@@ -97,16 +97,16 @@ fn check_steps(out: &Path, stamp: u64, has_next: bool) {
     let (flow, u_px, v_px) = (png("flow").unwrap().into_rgb16(), exr("flow", "forward.u"), exr("flow", "forward.v"));
     let seen = png("visibility").unwrap().into_luma8();
     let (mut moved, mut visible) = (0, 0);
-    for (place, pixel) in flow.pixels().enumerate() {
-        let exact_px = [u_px.values()[place], v_px.values()[place]].map(f64::from);
+    for (at, pixel) in flow.pixels().enumerate() {
+        let exact_px = [u_px.values()[at], v_px.values()[at]].map(f64::from);
         assert_eq!(pixel.0[2], 1);
         for axis in 0..2 {
             // Half a step of 1/64 px.
             let shown_px = (f64::from(pixel.0[axis]) - 32_768.0) / 64.0;
-            assert!((shown_px - exact_px[axis]).abs() <= 0.5 / 64.0, "{place}: {shown_px} for {}", exact_px[axis]);
+            assert!((shown_px - exact_px[axis]).abs() <= 0.5 / 64.0, "{at}: {shown_px} for {}", exact_px[axis]);
         }
         moved += usize::from(libm::hypot(exact_px[0], exact_px[1]) > 0.05);
-        visible += usize::from(seen.as_raw()[place] == 1);
+        visible += usize::from(seen.as_raw()[at] == 1);
     }
     assert!(moved > 5_000 && visible > 15_000, "{moved} moved, {visible} visible");
 }

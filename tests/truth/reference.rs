@@ -61,13 +61,13 @@ pub fn distorted_px(lens: &Lens, point_in_camera: DVec3) -> Option<DVec2> {
 }
 
 /// Pixels by chance.
-pub struct Places {
+pub struct RandomPixels {
     key: DrawKey,
     size: Size,
     number: u64,
 }
 
-impl Places {
+impl RandomPixels {
     /// A failure is repeated by its seed.
     pub fn new(seed: u64, size: Size) -> Self {
         println!("pixels by seed {seed}");
@@ -75,7 +75,7 @@ impl Places {
     }
 }
 
-impl Iterator for Places {
+impl Iterator for RandomPixels {
     type Item = (usize, usize);
 
     fn next(&mut self) -> Option<(usize, usize)> {

@@ -70,7 +70,7 @@ pub fn link_bytes(waves: &Waves, lanes: usize, byte_ps: u64) -> Vec<Vec<u8>> {
         let bytes: Vec<u8> = data.iter().map(|lane| u8::try_from(at(lane, time_ps)).unwrap()).collect();
         for (wire, &byte) in wires.iter().zip(&bytes) {
             // A byte clock is eight unit intervals long; each bit is looked at in the middle of its own.
-            let bit = |place: u64| at(wire, time_ps + byte_ps * (2 * place + 1) / 16) << place;
+            let bit = |number: u64| at(wire, time_ps + byte_ps * (2 * number + 1) / 16) << number;
             assert_eq!((0..8).map(bit).sum::<u64>(), u64::from(byte), "the wire at {time_ps} ps");
         }
         packets.last_mut().unwrap().extend(bytes);

@@ -17,9 +17,9 @@ impl Session {
     pub(crate) fn probed(&mut self, x_px: u32, y_px: u32) -> Result<serde_json::Value, Error> {
         let size = self.run.setup().sensor.size;
         check_inside(size, x_px, y_px)?;
-        let place = index(y_px) * index(size.width_px) + index(x_px);
+        let pixel_index = index(y_px) * index(size.width_px) + index(x_px);
         let taken = self.taken()?;
-        let electrons = taken.electrons.values()[place];
+        let electrons = taken.electrons.values()[pixel_index];
         let row = &taken.samples[index(y_px)];
         let (signal_uv, reset_uv) = (row.signal_uv[index(x_px)], row.reset_uv.get(index(x_px)).copied());
         let camera = &self.last()?.cameras[0];
@@ -28,11 +28,11 @@ impl Session {
         Ok(json!({
             "x": x_px,
             "y": y_px,
-            "photons": camera.photons.values()[place],
+            "photons": camera.photons.values()[pixel_index],
             "electrons": electrons,
             "signal_uv": signal_uv,
             "reset_uv": reset_uv,
-            "code": camera.codes.values()[place],
+            "code": camera.codes.values()[pixel_index],
             "bits": sensor.bits(),
             "black_level_dn": adc.black_level_dn,
             "lsb_uv": adc.lsb_uv(),
@@ -78,8 +78,8 @@ impl Session {
 fn instants(waves: &Waves, signals: [Option<SignalId>; FIELDS - 1]) -> Vec<f64> {
     let mut held = [f64::NAN; FIELDS - 1];
     let mut counter_bits = 64;
-    if let Some(SignalId(place)) = signals[4]
-        && let sensel::waves::SignalKind::Signed(bits) = waves.signals[place].kind
+    if let Some(SignalId(signal)) = signals[4]
+        && let sensel::waves::SignalKind::Signed(bits) = waves.signals[signal].kind
     {
         counter_bits = bits;
     }

@@ -16,7 +16,7 @@ use sensel::config::Resolved;
 use sensel::effects::chain::RowSamples;
 use sensel::error::Error;
 use sensel::plane::Plane;
-use sensel::run::probe::Place;
+use sensel::run::probe::PictureId;
 use sensel::run::{Frame, Session as Run, Setup};
 use sensel::units::Size;
 use wasm_bindgen::prelude::*;
@@ -142,7 +142,7 @@ impl Session {
         Ok(taken.electrons.values().to_vec())
     }
 
-    /// Places and scores of the features in pixels: x, y, score, 1 where the pose rests on it, x, ...
+    /// Positions and scores of the features in pixels: x, y, score, 1 where the pose rests on it, x, ...
     ///
     /// # Errors
     /// Before the first frame.
@@ -151,8 +151,8 @@ impl Session {
         let camera = &frame.cameras[0];
         let of = |(number, feature): (usize, &sensel::compute::Feature)| {
             let used = camera.tracked.get(number).copied().unwrap_or(false);
-            let place = [feature.x_px(), feature.y_px()].map(sensel::num::f32_nearest);
-            [place[0], place[1], f32::from(feature.score), f32::from(u8::from(used))]
+            let position_px = [feature.x_px(), feature.y_px()].map(sensel::num::f32_nearest);
+            [position_px[0], position_px[1], f32::from(feature.score), f32::from(u8::from(used))]
         };
         Ok(camera.features.iter().enumerate().flat_map(of).collect())
     }
@@ -182,8 +182,8 @@ impl Session {
     /// True positions of the run so far: t, x, y, z, ...
     pub fn truth(&self) -> Vec<f64> {
         let of = |pose: &sensel::pose::TimedPose| {
-            let place_m = pose.world_from_body.translation_m;
-            [pose.t_s, place_m.x, place_m.y, place_m.z]
+            let position_m = pose.world_from_body.translation_m;
+            [pose.t_s, position_m.x, position_m.y, position_m.z]
         };
         self.run.truth().iter().flat_map(of).collect()
     }
@@ -283,23 +283,23 @@ impl Session {
         Ok(&self.last()?.cameras[0].codes)
     }
 
-    fn place(&self) -> Result<Place, Error> {
-        Ok(Place { frame: self.last()?.frame, camera: 0 })
+    fn picture_id(&self) -> Result<PictureId, Error> {
+        Ok(PictureId { frame: self.last()?.frame, camera: 0 })
     }
 
     fn taken(&mut self) -> Result<&Taken, Error> {
         if self.taken.is_none() {
-            let (place, frame, setup) = (self.place()?, self.last()?, self.run.setup());
+            let (picture, frame, setup) = (self.picture_id()?, self.last()?, self.run.setup());
             let (chain, photons) = (setup.first_chain(), &frame.cameras[0].photons);
-            let electrons = setup.electrons_at(&chain, place, photons);
-            self.taken = Some(Taken { electrons, samples: setup.samples_at(&chain, place, photons) });
+            let electrons = setup.electrons_at(&chain, picture, photons);
+            self.taken = Some(Taken { electrons, samples: setup.samples_at(&chain, picture, photons) });
         }
         self.taken.as_ref().ok_or_else(no_frame)
     }
 
     fn noise_parts(&mut self) -> Result<&noise::NoiseParts, Error> {
         if self.noise.is_none() {
-            let parts = noise::NoiseParts::of(self.run.setup(), self.place()?, self.last()?)?;
+            let parts = noise::NoiseParts::of(self.run.setup(), self.picture_id()?, self.last()?)?;
             self.noise = Some(parts);
         }
         self.noise.as_ref().ok_or_else(no_frame)

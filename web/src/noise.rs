@@ -5,7 +5,7 @@ use super::grey::grey;
 use sensel::effects::{self, ALL};
 use sensel::error::Error;
 use sensel::num::{f64_from_usize, index, u32_truncated};
-use sensel::run::probe::Place;
+use sensel::run::probe::PictureId;
 use sensel::run::{Frame, Setup};
 use serde_json::{Value, json};
 
@@ -49,7 +49,7 @@ impl NoisePart {
 
 impl NoiseParts {
     /// Takes a frame apart. Quantisation stands last: code less sample.
-    pub fn of(setup: &Setup, place: Place, frame: &Frame) -> Result<Self, Error> {
+    pub fn of(setup: &Setup, picture: PictureId, frame: &Frame) -> Result<Self, Error> {
         let sensor = &setup.sensor;
         if sensor.second.is_some() || sensor.schedule.slots().len() > 1 {
             let reason = "several readings of a pixel become one code; none shows its noise apart";
@@ -60,7 +60,7 @@ impl NoiseParts {
         let kept: Vec<&'static str> = setup.plan.kept.iter().map(|effect| effect.name).collect();
         let signals_e = |names: &[&str]| -> Vec<f32> {
             let chain = sensor.chain(sensor.parameters.adc.gain, [names, &[]], scenario.seed, scenario.sensor.die);
-            let rows = setup.samples_at(&chain, place, &camera.photons);
+            let rows = setup.samples_at(&chain, picture, &camera.photons);
             let of_row = |row: &sensel::effects::chain::RowSamples| -> Vec<f32> {
                 let reset = row.reset_uv.iter().copied().chain(std::iter::repeat(0.0));
                 let signal =

@@ -69,12 +69,12 @@ def sweep_text(search: SearchFile, folder: Path, cells: list[tuple[str, dict]], 
     return "\n".join(lines) + "\n"
 
 
-def write_whole(place: Path, text: str) -> None:
-    """Writes beside the place and renames, so that a kill leaves no half file."""
-    place.parent.mkdir(parents=True, exist_ok=True)
-    beside = place.with_suffix(f".{os.getpid()}.part")
+def write_whole(path: Path, text: str) -> None:
+    """Writes a file beside the path and renames it, so that a kill leaves no half file."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    beside = path.with_suffix(f".{os.getpid()}.part")
     beside.write_text(text, encoding="utf-8")
-    os.replace(beside, place)
+    os.replace(beside, path)
 
 
 def refusal(engine: Engine, search: SearchFile, cells: list[tuple[str, dict]], figures: list[str]) -> str | None:
@@ -113,19 +113,19 @@ def read_table(table: Path) -> dict[str, Result]:
     with table.open(encoding="utf-8", newline="") as lines:
         rows = csv.reader(lines)
         head = next(rows)
-        figures = [(place, name) for place, name in enumerate(head) if place > 2 and not name.startswith("config.")]
+        figures = [(column, name) for column, name in enumerate(head) if column > 2 and not name.startswith("config.")]
         found = {}
         for row in rows:
-            values = {name: float(row[place]) if row[place] else None for place, name in figures}
+            values = {name: float(row[column]) if row[column] else None for column, name in figures}
             found[row[2]] = Result(row[1] != "done", values)
     return found
 
 
 def reason_of_failure(out: Path) -> str:
     """Why some cell failed, from its record."""
-    for place in sorted((out / "cells").glob("*/*.json")):
+    for path in sorted((out / "cells").glob("*/*.json")):
         try:
-            error = json.loads(place.read_text(encoding="utf-8").split("\n", 1)[1]).get("error")
+            error = json.loads(path.read_text(encoding="utf-8").split("\n", 1)[1]).get("error")
         except (ValueError, IndexError, OSError):
             continue
         if error:

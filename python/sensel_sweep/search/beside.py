@@ -26,9 +26,9 @@ class Other:
 
 def read(folder: Path, wish: Wanted) -> Other:
     """From a search's report.json."""
-    place_of = folder / "report.json"
+    path = folder / "report.json"
     try:
-        found = json.loads(place_of.read_text(encoding="utf-8"))
+        found = json.loads(path.read_text(encoding="utf-8"))
         objectives = [(one["figure"], one["goal"] == "maximise") for one in found["objectives"]]
         held = [
             Held(

@@ -98,7 +98,7 @@ def finalists(search: SearchFile, wish: Wanted, designs: list[Design], count: in
     for number in about_the_limit(wish, designs, summaries, count):
         add(number)
     for number in range(len(weights)):
-        add(best(wish, means, [2.0 * weight if place == number else weight for place, weight in enumerate(weights)]))
+        add(best(wish, means, [2.0 * weight if index == number else weight for index, weight in enumerate(weights)]))
     for one in on_front[:: max(1, math.ceil(len(on_front) / max(count, 1)))]:
         add(one.design.number)
     # Where no design keeps all constraints, those that miss them least.

@@ -181,11 +181,11 @@ def summaries_of(wish: Wanted, designs: list[Design], errors: float = 0.0) -> li
 
 
 def dominates(first: list[float], second: list[float]) -> bool:
-    """Whether a place, small being good, is nowhere worse and somewhere better."""
+    """Whether the first objective vector, small being good, is nowhere worse and somewhere better."""
     return all(a <= b for a, b in zip(first, second)) and any(a < b for a, b in zip(first, second))
 
 
-def place(wish: Wanted, means: tuple[float | None, ...]) -> list[float]:
+def objective_vector(wish: Wanted, means: tuple[float | None, ...]) -> list[float]:
     """Means with small being good."""
     return [one.sign * mean for one, mean in zip(wish.objectives, means)]
 
@@ -193,9 +193,9 @@ def place(wish: Wanted, means: tuple[float | None, ...]) -> list[float]:
 def front(wish: Wanted, summaries: list[Summary]) -> list[Summary]:
     """The feasible designs that none dominates, by the first objective."""
     feasible = [one for one in summaries if one.is_feasible]
-    places = [place(wish, one.means) for one in feasible]
-    kept = [one for one, own in zip(feasible, places) if not any(dominates(other, own) for other in places)]
-    return sorted(kept, key=lambda one: (place(wish, one.means), one.design.number))
+    vectors = [objective_vector(wish, one.means) for one in feasible]
+    kept = [one for one, own in zip(feasible, vectors) if not any(dominates(other, own) for other in vectors)]
+    return sorted(kept, key=lambda one: (objective_vector(wish, one.means), one.design.number))
 
 
 def layers(wish: Wanted, summaries: list[Summary]) -> Iterator[Summary]:
@@ -213,9 +213,9 @@ def best_first(wish: Wanted, summaries: list[Summary]) -> list[Summary]:
     return [*layers(wish, summaries), *sorted(others, key=lambda one: (one.total_excess, one.design.number))]
 
 
-def hypervolume(places: list[list[float]], reference: list[float]) -> float:
-    """Volume between places and a reference, small being good: slices along the last objective."""
-    inside = sorted({tuple(one) for one in places if all(a < b for a, b in zip(one, reference))}, key=lambda one: one[-1])
+def hypervolume(vectors: list[list[float]], reference: list[float]) -> float:
+    """Volume between objective vectors and a reference, small being good: slices along the last objective."""
+    inside = sorted({tuple(one) for one in vectors if all(a < b for a, b in zip(one, reference))}, key=lambda one: one[-1])
     if not inside:
         return 0.0
     if len(reference) == 1:
@@ -228,7 +228,7 @@ def hypervolume(places: list[list[float]], reference: list[float]) -> float:
     return volume
 
 
-def reference_of(places: list[list[float]]) -> list[float] | None:
-    """Where a hypervolume ends: the worst of the places, a tenth of the span further out. None without places."""
-    columns = list(zip(*places))
+def reference_of(vectors: list[list[float]]) -> list[float] | None:
+    """Where a hypervolume ends: the worst of the vectors, a tenth of the span further out. None without vectors."""
+    columns = list(zip(*vectors))
     return [max(column) + 0.1 * ((max(column) - min(column)) or abs(max(column)) or 1.0) for column in columns] or None

@@ -92,9 +92,9 @@ def search_all(state: State, engine: Engine) -> None:
 
 def check_identity(state: State) -> None:
     """A folder belongs to one search: rounds of another file would be read as this one's."""
-    place = state.out / "search.json"
-    if place.exists():
-        if json.loads(place.read_text(encoding="utf-8")).get("search") != state.search.identity:
+    path = state.out / "search.json"
+    if path.exists():
+        if json.loads(path.read_text(encoding="utf-8")).get("search") != state.search.identity:
             raise Failure(f"{state.search.path}: has changed since {state.out} was searched; name another folder with --out")
         return
     if state.reads_only:
@@ -102,7 +102,7 @@ def check_identity(state: State) -> None:
         raise Failure(f"{state.out}: {reason}")
     if state.out.exists() and any(state.out.iterdir()):
         raise Failure(f"{state.out}: holds files and no search; name an empty folder with --out")
-    write_whole(place, json.dumps({"search": state.search.identity, "versions": versions()}) + "\n")
+    write_whole(path, json.dumps({"search": state.search.identity, "versions": versions()}) + "\n")
 
 
 @dataclass
@@ -124,9 +124,9 @@ class Plan:
         return json.dumps({"designs": designs, "runs": runs, "refused": self.refused, **of_rungs}, indent=1) + "\n"
 
     @staticmethod
-    def read(place: Path, turn: int) -> Plan:
+    def read(plan_path: Path, turn: int) -> Plan:
         """What `text` wrote."""
-        found = json.loads(place.read_text(encoding="utf-8"))
+        found = json.loads(plan_path.read_text(encoding="utf-8"))
         designs = [Design(one["number"], one["is"], turn, one["guess"]) for one in found["designs"]]
         refused = {int(number): why for number, why in found["refused"].items()}
         runs = [Run(*one) for one in found["runs"]]
@@ -162,7 +162,7 @@ def next_plan(state: State, engine: Engine) -> Plan:
             proposed = [Design(at, is_, turn) for at, (is_, _) in enumerate(points)]
             passed, others, rung_cells = rungs.sieved(state, engine, proposed, turn, count)
             points, left_out = [(one.is_, None) for one in passed], others
-    new = [Design(len(state.designs) + place, is_, turn, guess) for place, (is_, guess) in enumerate(points)]
+    new = [Design(len(state.designs) + index, is_, turn, guess) for index, (is_, guess) in enumerate(points)]
     runs = [run for design in new for run in runs_of(search.trajectories, design.number, list(range(1, search.seeds + 1)))]
     runs += [run for number, seeds in extra.items() for run in runs_of(search.trajectories, number, seeds)]
     return Plan(new, runs, left_out=left_out, rung_cells=rung_cells)
@@ -173,13 +173,13 @@ def play(state: State, engine: Engine) -> bool:
     search, turn = state.search, state.rounds
     if state.cells >= search.cells:
         return False
-    place = state.out / "rounds" / f"{turn:03d}.json"
-    if state.reads_only and not place.exists():
+    plan_path = state.out / "rounds" / f"{turn:03d}.json"
+    if state.reads_only and not plan_path.exists():
         return False
-    plan = Plan.read(place, turn) if place.exists() else next_plan(state, engine)
+    plan = Plan.read(plan_path, turn) if plan_path.exists() else next_plan(state, engine)
     if not plan.runs:
         return False
-    results = run_round(state, engine, place, plan, search.trajectories, f"Round {turn} of {search.path.name}")
+    results = run_round(state, engine, plan_path, plan, search.trajectories, f"Round {turn} of {search.path.name}")
     for run, result in results.items():
         state.designs[run.design].results[run] = result
     state.cells += len(plan.runs) + plan.rung_cells
@@ -192,7 +192,7 @@ def play(state: State, engine: Engine) -> bool:
     return True
 
 
-def run_round(state: State, engine: Engine, place: Path, plan: Plan, trajectories: tuple, comment: str) -> dict[Run, Result]:
+def run_round(state: State, engine: Engine, plan_path: Path, plan: Plan, trajectories: tuple, comment: str) -> dict[Run, Result]:
     """Writes a batch, runs it and reads it. A design that the scenario refuses stays out and says why."""
     search = state.search
     state.designs += plan.designs
@@ -200,24 +200,24 @@ def run_round(state: State, engine: Engine, place: Path, plan: Plan, trajectorie
     def cells(some: list[Run]) -> list[tuple[str, dict]]:
         return [(run.label, assigned(search, trajectories, state.designs[run.design], run)) for run in some]
 
-    if not place.exists():
+    if not plan_path.exists():
         plan.refused = find_refused(state, engine, cells, plan.runs)
         accepted = [run for run in plan.runs if run.design not in plan.refused]
         if accepted:
-            write_whole(place.with_suffix(".toml"), sweep_text(search, place.parent, cells(accepted), comment))
-        write_whole(place, plan.text())
+            write_whole(plan_path.with_suffix(".toml"), sweep_text(search, plan_path.parent, cells(accepted), comment))
+        write_whole(plan_path, plan.text())
     for number, why in plan.refused.items():
         state.designs[number].refusal = why
     accepted = [run for run in plan.runs if run.design not in plan.refused]
     if not accepted:
         return {}
-    found = finished(state, engine, place, cells(accepted), comment)
+    found = finished(state, engine, plan_path, cells(accepted), comment)
     return {run: found[run.label] for run in accepted}
 
 
-def finished(state: State, engine: Engine, place: Path, cells: list[tuple[str, dict]], comment: str) -> dict[str, Result]:
+def finished(state: State, engine: Engine, plan_path: Path, cells: list[tuple[str, dict]], comment: str) -> dict[str, Result]:
     """Results of a batch by label; writes its sweep file beside its plan and runs what is missing."""
-    file, labels = place.with_suffix(".toml"), [label for label, _ in cells]
+    file, labels = plan_path.with_suffix(".toml"), [label for label, _ in cells]
     if not file.exists():
         if state.reads_only:
             raise Paused
@@ -295,10 +295,10 @@ def evaluate_front(state: State, engine: Engine) -> None:
         return
     designs = {str(number): state.designs[number].is_ for number in numbers}
     named = json.dumps([designs, [run.label for run in runs], final.trajectories], sort_keys=True)
-    place = state.out / "rounds" / f"final-{hashlib.sha256(named.encode()).hexdigest()[:8]}.json"
-    if state.reads_only and not place.exists():
+    plan_path = state.out / "rounds" / f"final-{hashlib.sha256(named.encode()).hexdigest()[:8]}.json"
+    if state.reads_only and not plan_path.exists():
         return
-    plan = Plan.read(place, state.rounds) if place.exists() else Plan([], runs)
-    results = run_round(state, engine, place, plan, final.trajectories, f"Final evaluation of {state.search.path.name}")
+    plan = Plan.read(plan_path, state.rounds) if plan_path.exists() else Plan([], runs)
+    results = run_round(state, engine, plan_path, plan, final.trajectories, f"Final evaluation of {state.search.path.name}")
     for run, result in results.items():
         state.final.setdefault(run.design, {})[run] = result

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from scipy import special
 
 from .choice import best, weights_of
-from .designs import Design, Summary, Wanted, front, hypervolume, place, reference_of, summaries_of, summary
+from .designs import Design, Summary, Wanted, front, hypervolume, objective_vector, reference_of, summaries_of, summary
 from .loop import State
 
 CONFIDENCE = 0.95
@@ -164,17 +164,17 @@ def progress(state: State) -> list[tuple[int, float]]:
     """After each round: finished cells, and the hypervolume of the designs so far by all that is known of them now; with one objective the
     best mean so far."""
     summaries = state.summaries()
-    reference = reference_of([place(state.wish, one.means) for one in summaries if one.is_feasible])
+    reference = reference_of([objective_vector(state.wish, one.means) for one in summaries if one.is_feasible])
     if reference is None:
         return []
     cells, line = 0, []
     for turn in range(state.rounds):
         cells = state.cells_after[turn]
-        places = [place(state.wish, one.means) for one in summaries if one.is_feasible and one.design.round <= turn]
+        vectors = [objective_vector(state.wish, one.means) for one in summaries if one.is_feasible and one.design.round <= turn]
         if len(reference) > 1:
-            line.append((cells, hypervolume(places, reference)))
-        elif places:
-            line.append((cells, state.wish.objectives[0].sign * min(places)[0]))
+            line.append((cells, hypervolume(vectors, reference)))
+        elif vectors:
+            line.append((cells, state.wish.objectives[0].sign * min(vectors)[0]))
     return line
 
 

@@ -46,19 +46,19 @@ def near_front(wish: Wanted, summaries: list[Summary]) -> list[Summary]:
             scaled_means.append(objective.sign * value)
         return scaled_means
 
-    places = [scaled(one) for one in feasible]
+    vectors = [scaled(one) for one in feasible]
 
     def lead(one: Summary, own: list[float]) -> float:
         """By how many standard errors the design that beats it most clearly is ahead, in the objective where it is least ahead."""
         leads = [0.0]
-        for other, theirs in zip(feasible, places):
+        for other, theirs in zip(feasible, vectors):
             if other is one:
                 continue
             spread = [max(sd, 1e-12) * math.sqrt(1.0 / one.runs + 1.0 / other.runs) for sd, _ in noise]
             leads.append(min((mine - better) / sd for mine, better, sd in zip(own, theirs, spread)))
         return max(leads)
 
-    ranked = sorted((lead(one, own), one.design.number, one) for one, own in zip(feasible, places))
+    ranked = sorted((lead(one, own), one.design.number, one) for one, own in zip(feasible, vectors))
     return [one for ahead, _, one in ranked if ahead <= STANDARD_ERRORS]
 
 

@@ -79,7 +79,7 @@ def run(state: State, engine: Engine, number: int, turn: int, designs: list[Desi
     from .loop import assigned, find_refused, finished, runs_of
 
     search, rung = state.search, state.search.rungs[number]
-    place = state.out / "rounds" / f"{turn:03d}-rung{number}.json"
+    path = state.out / "rounds" / f"{turn:03d}-rung{number}.json"
     own = [Design(at, design.is_, turn) for at, design in enumerate(designs)]
     seeds, trajectories = list(range(1, rung.seeds + 1)), trajectories_of(search, rung)
     runs = [one for design in own for one in runs_of(trajectories, design.number, seeds)]
@@ -87,8 +87,8 @@ def run(state: State, engine: Engine, number: int, turn: int, designs: list[Desi
     def cells(some: list[Run]) -> list[tuple[str, dict]]:
         return [(one.label, keys_at(search, rung, assigned(search, trajectories, own[one.design], one))) for one in some]
 
-    if place.exists():
-        refused = {int(at): why for at, why in json.loads(place.read_text(encoding="utf-8")).items()}
+    if path.exists():
+        refused = {int(at): why for at, why in json.loads(path.read_text(encoding="utf-8")).items()}
     else:
         refused = find_refused(state, engine, cells, runs)
     accepted = [one for one in runs if one.design not in refused]
@@ -97,9 +97,9 @@ def run(state: State, engine: Engine, number: int, turn: int, designs: list[Desi
     if not accepted:
         return own
     comment = f"Round {turn} of {search.path.name}, rung '{rung.name}'"
-    results = finished(state, engine, place, cells(accepted), comment)
-    if not place.exists():
-        write_whole(place, json.dumps(refused) + "\n")
+    results = finished(state, engine, path, cells(accepted), comment)
+    if not path.exists():
+        write_whole(path, json.dumps(refused) + "\n")
     for one in accepted:
         own[one.design].results[one] = results[one.label]
     return own
@@ -212,12 +212,12 @@ def sieved(state: State, engine: Engine, designs: list[Design], turn: int, count
     """The designs that pass all rungs, `count` at most; what is known of the others; and what the rungs' cells count as in full cells."""
     left, out, cost = designs, [], 0
     numbers = used(state)
-    for place, number in enumerate(numbers):
+    for index, number in enumerate(numbers):
         rung = state.search.rungs[number]
         on_rung = run(state, engine, number, turn, left)
         cost += full_cells(state.search, rung, len(left))
         ordered = best_first(state.wish, [scaled(state.wish, state.agreements[number], one) for one in on_rung])
-        keep = count if place + 1 == len(numbers) else max(count, math.ceil(rung.keep * len(left) - 1e-9))
+        keep = count if index + 1 == len(numbers) else max(count, math.ceil(rung.keep * len(left) - 1e-9))
         kept = sorted(one.design.number for one in ordered[:keep])
         others = [one for one in ordered if one.design.number not in kept]
         out += [{"is": one.design.is_, "means": one.means, "excess": one.excess} for one in others]

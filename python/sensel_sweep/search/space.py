@@ -89,13 +89,13 @@ def scattered(search: SearchFile, is_: dict, generator: numpy.random.Generator) 
 
 def coordinates(search: SearchFile, is_: dict) -> list[float]:
     """Of a design in a box of unit edges; a choice without order has an axis for each value."""
-    place: list[float] = []
+    point: list[float] = []
     for factor in search.factors:
         value = is_[factor.name]
         if factor.is_range:
-            place.append(factor.share(value))
+            point.append(factor.share(value))
         elif factor.is_scale:
-            place.append(factor.choices.index(value) / max(len(factor.choices) - 1, 1))
+            point.append(factor.choices.index(value) / max(len(factor.choices) - 1, 1))
         else:
-            place += [float(value == one) for one in factor.choices]
-    return place
+            point += [float(value == one) for one in factor.choices]
+    return point

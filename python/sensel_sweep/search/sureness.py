@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy
 from scipy import special
 
-from .designs import Wanted, hypervolume, place, reference_of
+from .designs import Wanted, hypervolume, objective_vector, reference_of
 from .outcome import CONFIDENCE, Held
 
 DRAWS = 2000
@@ -63,24 +63,24 @@ def drawn(wish: Wanted, side: list[Held], seed: int) -> list[tuple[numpy.ndarray
     return [(drawn_means(one, generator), drawn_admissible(wish, one, generator)) for one in side if one.is_measured]
 
 
-def measured_places(wish: Wanted, side: list[Held]) -> list[list[float]]:
+def measured_vectors(wish: Wanted, side: list[Held]) -> list[list[float]]:
     """Measured means with small being good."""
-    return [place(wish, tuple(mean.value for mean in one.means)) for one in side]
+    return [objective_vector(wish, tuple(mean.value for mean in one.means)) for one in side]
 
 
 def volumes(wish: Wanted, sides: list[list[Held]]) -> list[Volume] | None:
     """Of several fronts below a common reference. None where nothing is measured."""
-    reference = reference_of([own for side in sides for own in measured_places(wish, [one for one in side if one.is_measured])])
+    reference = reference_of([own for side in sides for own in measured_vectors(wish, [one for one in side if one.is_measured])])
     if reference is None:
         return None
     found = []
     for seed, side in enumerate(sides):
         designs = drawn(wish, side, seed)
         draws = [
-            hypervolume([place(wish, tuple(means[draw])) for means, admissible in designs if admissible[draw]], reference)
+            hypervolume([objective_vector(wish, tuple(means[draw])) for means, admissible in designs if admissible[draw]], reference)
             for draw in range(DRAWS)
         ]
-        measured = hypervolume(measured_places(wish, [one for one in side if one.is_admissible]), reference)
+        measured = hypervolume(measured_vectors(wish, [one for one in side if one.is_admissible]), reference)
         found.append(Volume(measured, numpy.array(draws)))
     return found
 

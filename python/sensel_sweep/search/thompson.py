@@ -133,6 +133,6 @@ def sampled(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: in
     for at in range(min(search.batch, len(pool))):
         weights = generator.dirichlet(numpy.ones(len(objectives)))
         price = chebyshev(drawn_objectives[:, :, at], excess[:, at] <= 0.0, weights)
-        best = next(int(place) for place in numpy.lexsort((price, excess[:, at])) if place not in taken)
+        best = next(int(index) for index in numpy.lexsort((price, excess[:, at])) if index not in taken)
         taken.add(best)
         yield pool[best]

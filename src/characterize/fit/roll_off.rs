@@ -50,19 +50,19 @@ pub fn roll_off(bright: &StackSums, dark: &StackSums, bits: u32, px_of_focal: f6
         let ring = &mut rings[index(u32_truncated(at * f64::from(RINGS)).min(RINGS - 1))];
         *ring = [ring[0] + 1.0, ring[1] + at, ring[2] + signal, ring[3] + signal * signal];
     }
-    // Ring: mean place, mean signal, its variance from the pixels' spread. Few pixels lie in the outermost ones.
+    // Ring: mean square of the radius, mean signal, its variance from the pixels' spread. Few pixels lie in the outermost ones.
     let rings: Vec<[f64; 3]> = rings
         .into_iter()
         .filter(|ring| ring[0] > 3.0)
-        .map(|[count, place, signal, squares]| {
+        .map(|[count, squared_radius, signal, squares]| {
             let mean = signal / count;
-            [place / count, mean, greater(squares / count - mean * mean, f64::MIN_POSITIVE) / (count - 1.0)]
+            [squared_radius / count, mean, greater(squares / count - mean * mean, f64::MIN_POSITIVE) / (count - 1.0)]
         })
         .collect();
     let mut normal = Matrix4::zeros();
     let mut right = Vector4::zeros();
-    for &[place, signal, variance] in &rings {
-        let row = powers(place);
+    for &[squared_radius, signal, variance] in &rings {
+        let row = powers(squared_radius);
         normal += row * row.transpose() / variance;
         right += row * (signal / variance);
     }
@@ -71,8 +71,8 @@ pub fn roll_off(bright: &StackSums, dark: &StackSums, bits: u32, px_of_focal: f6
     if !(curve[0] > SIGMAS * covariance[(0, 0)].sqrt()) || curve[0] < 1.0 {
         return Err(format!("the flat is only {:.2} DN above the dark one in its middle; use more light", curve[0]));
     }
-    let share = |place: f64| {
-        let row = powers(place);
+    let share = |squared_radius: f64| {
+        let row = powers(squared_radius);
         let share = row.dot(&curve) / curve[0];
         // The share's slope over the four coefficients.
         let slope = (row - Vector4::new(share, 0.0, 0.0, 0.0)) / curve[0];
@@ -87,8 +87,10 @@ pub fn roll_off(bright: &StackSums, dark: &StackSums, bits: u32, px_of_focal: f6
         table.push([angle.to_degrees(), greater(value, 0.0)]);
         intervals.push([value - SIGMAS * error, value + SIGMAS * error]);
     }
-    let left_over =
-        rings.iter().map(|[place, signal, _]| (signal / curve[0] - share(*place).0).abs()).fold(0.0, greater);
+    let left_over = rings
+        .iter()
+        .map(|[squared_radius, signal, _]| (signal / curve[0] - share(*squared_radius).0).abs())
+        .fold(0.0, greater);
     Ok(RollOffTable { table, intervals, left_over })
 }
 

@@ -131,8 +131,8 @@ impl TrapModel {
     fn counts(&self, ratios: &[f64]) -> Vec<f64> {
         let mut counts = vec![0.0; index(BINS)];
         for ratio in ratios {
-            let place = f64::from(BINS) * libm::log(ratio / self.from) / libm::log(RATIO_SPAN);
-            counts[index(u32_truncated(greater(place, 0.0)).min(BINS - 1))] += 1.0;
+            let bin = f64::from(BINS) * libm::log(ratio / self.from) / libm::log(RATIO_SPAN);
+            counts[index(u32_truncated(greater(bin, 0.0)).min(BINS - 1))] += 1.0;
         }
         counts
     }

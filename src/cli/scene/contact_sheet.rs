@@ -66,8 +66,8 @@ fn line(lit: &LitScene, view: &CameraView, row: usize) -> Vec<[f32; 3]> {
                 MISS => BEYOND,
                 triangle => {
                     let normal = lit.scene().layout.triangles[index(triangle)].normal;
-                    let place = [hits.u.0[lane], hits.v.0[lane]];
-                    let [r, g, b, _] = lit.exitance_lux(triangle, place, direction, &Footprint::POINT, 1.0);
+                    let barycentric = [hits.u.0[lane], hits.v.0[lane]];
+                    let [r, g, b, _] = lit.exitance_lux(triangle, barycentric, direction, &Footprint::POINT, 1.0);
                     // Brighter the more a surface faces the camera, so that edges between surfaces of one colour show.
                     let facing = 0.35 + 0.65 * dot(normal, direction).abs();
                     [r, g, b].map(|band| band * facing)

@@ -12,7 +12,7 @@ const CAMERA: &str = r#"
 [motion]
 kind = "sway"                    # or walk, run, spin, or a file of poses
 scale = {scale}
-offset_m = [{place}]
+offset_m = [{offset}]
 world_from_motion = [{turn}]
 
 [run]
@@ -79,7 +79,7 @@ pub fn text(found: &FileSummary, view: &CameraView) -> String {
     let camera = CAMERA
         .replace("{optics}", &optics)
         .replace("{scale}", &format!("{scale:.2}"))
-        .replace("{place}", &rounded(&translation_m.to_array(), 3))
+        .replace("{offset}", &rounded(&translation_m.to_array(), 3))
         .replace("{turn}", &rounded(&turn.to_array(), 9));
     text + &camera
 }

@@ -2,7 +2,7 @@
 
 use super::super::args::{CommonOptions, SweepFileArguments};
 use super::super::setup::FolderAssets;
-use super::super::{place, words};
+use super::super::{paths, words};
 use sensel::config::Resolved;
 use sensel::error::Error;
 use sensel::files::sweep::{FoundCells, SweepFolder};
@@ -49,12 +49,12 @@ pub(super) fn load(own: &SweepFileArguments, shared: &CommonOptions) -> Result<L
     sensel::sweep::design::points(&sweep).map_err(|error| at_file(error, &shown))?;
     let beside = file.parent().map(|folder| folder.join(&sweep.scenario)).filter(|path| path.exists());
     let asked = beside.map_or_else(|| sweep.scenario.clone(), |path| path.display().to_string());
-    let (scenario_file, scenario_text) = place::scenario_text(Some(&asked), shared)?;
+    let (scenario_file, scenario_text) = paths::scenario_text(Some(&asked), shared)?;
     let folder = scenario_file.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     let assets = FolderAssets::new(&folder, shared);
     let name = scenario_file.display().to_string();
-    let layered = move |layers: &[String]| place::layered(&name, &scenario_text, layers, &folder);
-    let base = Base { layered: Box::new(layered), assignments: place::assignments(shared, &[]) };
+    let layered = move |layers: &[String]| paths::layered(&name, &scenario_text, layers, &folder);
+    let base = Base { layered: Box::new(layered), assignments: paths::assignments(shared, &[]) };
     let known: Mutex<BTreeMap<String, String>> = Mutex::new(BTreeMap::new());
     let assets_hash = |resolved: &Resolved| {
         let scenario = &resolved.scenario;
@@ -84,8 +84,8 @@ pub(super) fn at_file(error: Error, shown: &str) -> Error {
 /// The records in a sweep's folder; damaged ones are said.
 pub(super) fn found(loaded: &Loaded, folder: &SweepFolder) -> FoundCells {
     let found = folder.find(loaded.cells.cells.iter().map(|cell| cell.name.as_str()));
-    for place in &found.damaged {
-        words::note(&format!("{} is damaged and counts as not run", place.display()));
+    for path in &found.damaged {
+        words::note(&format!("{} is damaged and counts as not run", path.display()));
     }
     found
 }

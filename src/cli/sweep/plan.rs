@@ -7,7 +7,7 @@ use sensel::files::photons::encode;
 use sensel::files::sweep::SweepFolder;
 use sensel::num::{f64_from_u64, f64_from_usize, u64_from};
 use sensel::optics::Rounding;
-use sensel::run::probe::Place;
+use sensel::run::probe::PictureId;
 use sensel::run::{Session, Stopwatch};
 use sensel::sweep::CellRecord;
 use sensel::units::FrameIndex;
@@ -19,7 +19,7 @@ use crate::cli::clocks::ProcessorTime;
 
 /// Frames that are simulated to measure what a frame costs.
 const PILOT_FRAMES: u32 = 2;
-/// Bytes of a cell's record with its place in the folder.
+/// Bytes of a cell's record with its entry in the folder.
 const RECORD_BYTES: f64 = 8192.0;
 /// Bytes of a gibibyte.
 const GIB: f64 = 1_073_741_824.0;
@@ -94,7 +94,7 @@ fn need(loaded: &Loaded) -> Result<Need, Error> {
     let setup = worker.prepare(loaded.cells.resolve(cell)?)?;
     let (frames, cameras) = (setup.frames, setup.cameras.len());
     let pilot = PILOT_FRAMES.min(frames);
-    let exposures = setup.exposures_at(Place { frame: FrameIndex(0), camera: 0 })?;
+    let exposures = setup.exposures_at(PictureId { frame: FrameIndex(0), camera: 0 })?;
     let rounding = Rounding::new(setup.fidelity.render.rounding_sigma);
     let bytes: usize = exposures.iter().map(|exposure| encode(exposure, rounding).len()).sum();
     let watch = ProcessorTime::start();

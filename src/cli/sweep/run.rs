@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex};
 use sensel::error::Error;
 use sensel::files::photons::PhotonFiles;
 use sensel::files::sweep::SweepFolder;
-use sensel::run::probe::Place;
+use sensel::run::probe::PictureId;
 use sensel::run::{PhotonStore, Setup, Stopwatch};
 use sensel::statistics::SequentialVerdict;
 use sensel::sweep::Cell;
@@ -104,8 +104,8 @@ fn chosen<'a>(own: &SweepRunArguments, loaded: &'a Loaded) -> Result<Vec<&'a Cel
     }
     // The order of the file stays within a group and between the first cells of groups.
     let mut first = std::collections::BTreeMap::new();
-    for (place, cell) in all.iter().enumerate() {
-        first.entry(cell.group.clone()).or_insert(place);
+    for (at, cell) in all.iter().enumerate() {
+        first.entry(cell.group.clone()).or_insert(at);
     }
     all.sort_by_key(|cell| first[&cell.group]);
     let Some(shard) = &own.shard else { return Ok(all) };
@@ -228,7 +228,7 @@ impl Running<'_> {
         let resolved = self.loaded.cells.resolve(cell);
         // A cell that cannot be prepared says so when it runs.
         let Ok(setup) = resolved.and_then(|resolved| worker.prepare(resolved)) else { return true };
-        let keys = setup.photon_keys(Place { frame: FrameIndex(0), camera: 0 });
+        let keys = setup.photon_keys(PictureId { frame: FrameIndex(0), camera: 0 });
         worker.keep(setup);
         keys.iter().flatten().all(|key| store.has(key))
     }

@@ -110,7 +110,7 @@ impl PacketStream {
         })
     }
 
-    /// The next frame of the run that something arrived of; none after the last. Frames that are over, or whose place among the others is
+    /// The next frame of the run that something arrived of; none after the last. Frames that are over, or whose number in the run is
     /// not known, are passed by.
     fn next_number(&mut self, sensor: &SensorSetup) -> Result<Option<u64>, Error> {
         while self.fill(1)? {
@@ -143,21 +143,21 @@ impl PacketStream {
     /// The embedded line says which frame of the run the first one is. Without it, the number on the link does, which begins again; but
     /// bits of that may be flipped too, so it has to lie between the frame before and the next one whose embedded line holds.
     fn number_of_first(&mut self) -> Result<Option<u64>, Error> {
-        let mut place = 0;
+        let mut at = 0;
         let ahead = loop {
-            if place == AHEAD_FRAMES || !self.fill(place + 1)? {
+            if at == AHEAD_FRAMES || !self.fill(at + 1)? {
                 break None;
             }
-            let frame = &self.ready[place];
+            let frame = &self.ready[at];
             if let Some(metadata) = frame.metadata {
                 break Some((u64::from(metadata.frame.0), frame.frame_number));
             }
-            place += 1;
+            at += 1;
         };
         let on_link = self.ready[0].frame_number;
         let steps = |from: u16, to: u16| (u64::from(to) + NUMBERS - u64::from(from)) % NUMBERS;
         Ok(match (self.last, ahead) {
-            (_, Some((number, _))) if place == 0 => Some(number),
+            (_, Some((number, _))) if at == 0 => Some(number),
             (Some((last, before)), Some((next, _))) => {
                 Some(last + steps(before, on_link)).filter(|&number| number <= next)
             }

@@ -46,7 +46,7 @@ impl AnyRecording {
         })
     }
 
-    /// The truth of what the tracker reports: the body, or one camera's own place.
+    /// The truth of what the tracker reports: the body, or one camera's own position.
     pub fn reported(&self, truth: &[TimedPose]) -> Vec<TimedPose> {
         let arm = match &self.cameras[..] {
             [only] => Pose { translation_m: only.body_from_camera.translation_m, ..Pose::IDENTITY },

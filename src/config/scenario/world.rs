@@ -107,7 +107,7 @@ sections! {
         modulation: f64,
         /// Share of the period in which "pwm" is on, 1e-6 to 1.
         duty: f64,
-        /// Place in the period at time 0, -360 to 360.
+        /// Phase of the period at time 0, -360 to 360.
         phase_deg: f64,
         /// Whether the scene's own lamps (glowing surfaces of its file or code; panels of the surroundings never) flicker as well.
         own_lamps: bool,
@@ -145,7 +145,7 @@ sections! {
         /// Factor on the translation of a file, of control poses and of the sway, 1e-9 to 100. Walk, run and tremble state their
         /// own metres.
         scale: f64,
-        /// Place of the trajectory's first pose of the run (or of a still rig) in the scene.
+        /// Position of the trajectory's first pose of the run (or of a still rig) in the scene.
         offset_m: [f64; 3],
         /// Rotation from the trajectory's world into the scene's, quaternion x y z w.
         world_from_motion: [f64; 4],
@@ -188,9 +188,9 @@ sections! {
         /// How it moves; not given: it stands.
         motion: Option<ObjectMotion>,
     }
-    /// How an object moves, by the keys of `[motion]`, whose defaults hold where one is not given. `offset_m` is the place of the model's
-    /// origin at the start. "walk", "run", "spin", "sway" and control poses lead the model's front ahead; a file's poses are those of the
-    /// model.
+    /// How an object moves, by the keys of `[motion]`, whose defaults hold where one is not given. `offset_m` is the position of the
+    /// model's origin at the start. "walk", "run", "spin", "sway" and control poses lead the model's front ahead; a file's poses are
+    /// those of the model.
     ObjectMotion {
         /// As `motion.file`.
         file: Option<String>,
@@ -253,7 +253,7 @@ sections! {
         imu: String,
         /// Readings a second, 1 to 10,000.
         imu_rate_hz: f64,
-        /// Place of the inertial unit in the rig, each within 10,000; its axes are the body's.
+        /// Position of the inertial unit in the rig, each within 10,000; its axes are the body's.
         imu_position_mm: [f64; 3],
     }
     /// A camera of the rig. Without an orientation it looks along the rig's z axis.

@@ -25,11 +25,11 @@ impl Chain {
         let together = self.layout.as_ref().map_or(1, WindowLayout::charge_rows_of_one);
         for row in 0..self.black.rows {
             let times = self.black_times(input, row);
-            let array_rows = (0..together).map(|place| index(self.black.first_row + row * together + place));
-            let places: Vec<RowAt> = array_rows.map(|array_row| self.at(input.capture, array_row, times)).collect();
+            let array_rows = (0..together).map(|number| index(self.black.first_row + row * together + number));
+            let rows: Vec<RowAt> = array_rows.map(|array_row| self.at(input.capture, array_row, times)).collect();
             for (number, sum_dn) in sums_dn.iter_mut().enumerate() {
-                self.load_black(number, &places, &mut buffers);
-                self.read_once(number, places[0], input, &mut buffers, &mut codes, events);
+                self.load_black(number, &rows, &mut buffers);
+                self.read_once(number, rows[0], input, &mut buffers, &mut codes, events);
                 *sum_dn += read.iter().map(|&column| u64::from(codes[column])).sum::<u64>();
             }
         }
@@ -55,18 +55,18 @@ impl Chain {
     }
 
     /// Electrons of a black row at the sense node: of one array row, or of as many as the picture's charges come from.
-    fn load_black(&self, number: usize, places: &[RowAt], buffers: &mut RowBuffers) {
+    fn load_black(&self, number: usize, rows: &[RowAt], buffers: &mut RowBuffers) {
         let load = |at: RowAt, buffers: &mut RowBuffers| {
             buffers.values.fill(0.0);
             self.gather(at, buffers);
             self.readings[number].sense(at, self.die_seed, buffers);
         };
         let Some(layout) = self.charge_binning() else {
-            load(places[0], buffers);
+            load(rows[0], buffers);
             return;
         };
         let mut sums_e = vec![0.0; buffers.values.len()];
-        for &at in places {
+        for &at in rows {
             load(at, buffers);
             layout.add_charges(&buffers.values, &mut sums_e);
         }

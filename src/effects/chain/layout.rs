@@ -1,4 +1,4 @@
-//! Maps pixels of the array to pixels of the picture, as places in rows.
+//! Maps pixels of the array to pixels of the picture, as indices into rows.
 //!
 //! Rows run at the array's own columns, from its first column to the window's last, so that patterns of the die and draws stay where
 //! they are for every window.

@@ -6,7 +6,7 @@ use super::super::Parameters;
 use super::row::{RowAt, RowBuffers};
 pub(super) use super::state::Reading;
 use crate::adc::{self, Columns, Converter, RowWork};
-use crate::draw::{DrawKey, RowPlace};
+use crate::draw::{DrawKey, RowAddress};
 use crate::effect::{Domain, Effect};
 use crate::events::Events;
 use crate::pixel;
@@ -33,8 +33,8 @@ impl Reading {
     pub fn sample(&self, at: RowAt, die_seed: u64, buffers: &mut RowBuffers) {
         buffers.reset.fill(0.0);
         pixel::electrons_to_microvolts(&self.parameters.pixel, &mut buffers.values);
-        let (from, place) = (self.sampled_from, (self.numbered(at), die_seed));
-        buffers.apply_all(&self.effects[from..], place, f32::INFINITY, self.first_counter + from);
+        let (from, row_and_die) = (self.sampled_from, (self.numbered(at), die_seed));
+        buffers.apply_all(&self.effects[from..], row_and_die, f32::INFINITY, self.first_counter + from);
     }
 
     /// Effects on sensed electrons and on microvolts, in physical order.
@@ -53,16 +53,16 @@ impl Reading {
 
     /// Codes of a row of samples at the array's columns; those that are not read stay as they are. Counts the conversions.
     pub fn convert(&self, columns: &Columns<'_>, buffers: &RowBuffers, codes: &mut [u16], events: &mut Events) {
-        let Some(read) = columns.places() else {
+        let Some(read) = columns.array_columns() else {
             let work = columns.convert_row(&buffers.values, &buffers.reset, codes);
             self.count(codes.len(), work, events);
             return;
         };
-        let picked = |row: &[f32]| -> Vec<f32> { read.iter().filter_map(|&place| row.get(place).copied()).collect() };
+        let picked = |row: &[f32]| -> Vec<f32> { read.iter().filter_map(|&column| row.get(column).copied()).collect() };
         let mut read_codes = vec![0; read.len()];
         let work = columns.convert_row(&picked(&buffers.values), &picked(&buffers.reset), &mut read_codes);
-        for (&place, code) in read.iter().zip(read_codes) {
-            codes[place] = code;
+        for (&column, code) in read.iter().zip(read_codes) {
+            codes[column] = code;
         }
         self.count(read.len(), work, events);
     }
@@ -78,6 +78,6 @@ impl Reading {
     }
 
     fn numbered(&self, at: RowAt) -> RowAt {
-        RowAt { place: RowPlace { slot: at.place.slot + self.number, ..at.place }, ..at }
+        RowAt { address: RowAddress { slot: at.address.slot + self.number, ..at.address }, ..at }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::layout::{WindowLayout, means};
 use super::state::{Capture, Chain, ExposureInput, RowSamples, RowTimes};
-use crate::draw::RowPlace;
+use crate::draw::RowAddress;
 use crate::effect::{Effect, KeptKeys, RowPass};
 use crate::events::{Event, Events};
 use crate::num::{index, low_u16, u64_from};
@@ -14,7 +14,7 @@ use crate::units::RowIndex;
 /// Which row, and when.
 #[derive(Clone, Copy)]
 pub(super) struct RowAt {
-    pub place: RowPlace,
+    pub address: RowAddress,
     pub times: RowTimes,
 }
 
@@ -49,9 +49,9 @@ impl RowBuffers {
     }
 
     pub fn pass(&mut self, at: RowAt, die_seed: u64) -> RowPass<'_> {
-        let RowAt { place, times } = at;
+        let RowAt { address, times } = at;
         RowPass {
-            place,
+            address,
             die_seed,
             exposure_s: times.exposure_s,
             storage_s: times.storage_s,
@@ -66,7 +66,7 @@ impl RowBuffers {
         }
     }
 
-    /// Runs effects over a row in their order, and counts the pixels of each into its place of `hits`, from `first_counter` on.
+    /// Runs effects over a row in their order, and counts the pixels of each into its entry of `hits`, from `first_counter` on.
     pub fn apply_all(
         &mut self,
         effects: &[Box<dyn Effect>],
@@ -126,7 +126,7 @@ impl Chain {
         let input = self.input_without_converters(photons, capture, times);
         let read = self.layout.as_ref().map(WindowLayout::read_columns);
         let picked = |row: Vec<f32>| match &read {
-            Some(read) => read.iter().filter_map(|&place| row.get(place).copied()).collect(),
+            Some(read) => read.iter().filter_map(|&column| row.get(column).copied()).collect(),
             None => row,
         };
         let samples = |&row: &RowIndex| {

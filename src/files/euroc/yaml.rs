@@ -96,9 +96,9 @@ fn finite(text: &str) -> Option<f64> {
 fn without_comment(line: &str) -> &str {
     let mut quote = None;
     let mut before = ' ';
-    for (place, letter) in line.char_indices() {
+    for (at, letter) in line.char_indices() {
         match (quote, letter) {
-            (None, '#') if before.is_whitespace() => return &line[..place],
+            (None, '#') if before.is_whitespace() => return &line[..at],
             (None, '"' | '\'') => quote = Some(letter),
             (Some(open), letter) if letter == open => quote = None,
             _ => {}

@@ -1,4 +1,4 @@
-//! Replacement of what a folder holds where the folder itself cannot change its place: a mount point, the folder that a shell stands in, a
+//! Replacement of what a folder holds where the folder itself cannot be moved: a mount point, the folder that a shell stands in, a
 //! folder in one that may not be written.
 //!
 //! The result is built in the hidden folder `.sensel-work` inside. A journal says which names leave and which come; once it is whole, the
@@ -66,7 +66,7 @@ impl Inside {
         Ok(new)
     }
 
-    /// Puts a sealed folder's content in the place of what the survey found.
+    /// Puts a sealed folder's content in place of what the survey found.
     pub fn swap(&mut self, manifest: &Manifest, old: Option<&Manifest>, survey: Option<&Survey>) -> Result<(), Error> {
         let journal = Journal {
             old: old.into_iter().flat_map(Manifest::top).map(str::to_owned).collect(),

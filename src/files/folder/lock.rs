@@ -1,4 +1,4 @@
-//! A lock on a place, held while something is built for it. The system lets go of it when the process ends, however it ends.
+//! A lock on a target, held while something is built for it. The system lets go of it when the process ends, however it ends.
 
 use std::fs::{File, Metadata, OpenOptions, TryLockError};
 use std::io;
@@ -48,7 +48,7 @@ impl Drop for Lock {
     }
 }
 
-/// What is said where another process builds for the same place.
+/// What is said where another process builds for the same target.
 pub fn busy(target: &Path) -> Error {
     refused(target, "is being written by another process; wait for its end or name another place")
 }

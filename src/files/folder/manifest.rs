@@ -278,10 +278,10 @@ fn inside(name: &str) -> Option<String> {
 
 /// What a folder under `root` holds: path relative to `root` where it is Unicode, whole path, and what it is, links not followed.
 fn entries(root: &Path, folder: &str) -> Result<Vec<(Option<String>, std::path::PathBuf, Metadata)>, Error> {
-    let place = root.join(folder);
+    let path = root.join(folder);
     let mut found = Vec::new();
-    for entry in std::fs::read_dir(&place).map_err(io_error(&place))? {
-        let entry = entry.map_err(io_error(&place))?;
+    for entry in std::fs::read_dir(&path).map_err(io_error(&path))? {
+        let entry = entry.map_err(io_error(&path))?;
         let name = entry.file_name().into_string().ok();
         let name = name.map(|name| if folder.is_empty() { name } else { format!("{folder}/{name}") });
         let metadata = entry.metadata().map_err(io_error(&entry.path()))?;

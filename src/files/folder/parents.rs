@@ -6,7 +6,7 @@ use crate::error::Error;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// Folders that were made on the way to a place. Dropped, those that are still empty vanish.
+/// Folders that were made on the way to a target. Dropped, those that are still empty vanish.
 #[derive(Debug, Default)]
 pub(super) struct Parents(pub(super) Vec<PathBuf>);
 
@@ -28,7 +28,7 @@ impl Parents {
     }
 }
 
-/// Tries again where another process has just removed the empty folders that it had made on the way to its own place.
+/// Tries again where another process has just removed the empty folders that it had made on the way to its own target.
 pub(super) fn until_parents_stay<T>(attempt: impl Fn() -> Result<T, Error>) -> Result<T, Error> {
     for _ in 0..20 {
         match attempt() {
@@ -47,10 +47,10 @@ impl Drop for Parents {
     }
 }
 
-/// The place without links, and the folders that were made for it. A link keeps pointing where it did: what it points at is replaced.
+/// The path without links, and the folders that were made for it. A link keeps pointing where it did: what it points at is replaced.
 pub(super) fn resolve(target: &Path) -> Result<(PathBuf, Parents), Error> {
     match std::fs::canonicalize(target) {
-        Ok(place) => return Ok((place, Parents::default())),
+        Ok(path) => return Ok((path, Parents::default())),
         Err(error) if error.kind() == ErrorKind::NotFound => {}
         Err(error) => return Err(io_error(target)(error)),
     }

@@ -11,22 +11,22 @@ use super::parents::{Parents, resolve, until_parents_stay};
 use super::work;
 use crate::error::Error;
 
-/// How bytes get to a place.
+/// How bytes get to a target.
 enum FileWriteMode {
     /// The file is written in a hidden folder beside it and renamed.
-    Renamed { place: PathBuf, holder: PathBuf, parents: Parents, _lock: Lock },
+    Renamed { path: PathBuf, holder: PathBuf, parents: Parents, _lock: Lock },
     /// A pipe or a device takes them as they come; a file whose folder may not be written is overwritten.
     Direct,
 }
 
-/// Writes a file beside its place and renames it there, so that it is whole or what it was before. A file that is replaced keeps its
+/// Writes a file beside its target and renames it there, so that it is whole or what it was before. A file that is replaced keeps its
 /// permissions. Pipes and devices are written to; they are never replaced. Fails where the disk says no; then nothing changed.
 pub fn replace_file(target: &Path, bytes: &[u8]) -> Result<(), Error> {
     let existing = std::fs::metadata(target).ok();
     let mode = mode_for(target, existing.as_ref())?;
     let written = match &mode {
         FileWriteMode::Direct => write_to(target, bytes),
-        FileWriteMode::Renamed { place, holder, .. } => write_beside(place, holder, bytes, existing.as_ref()),
+        FileWriteMode::Renamed { path, holder, .. } => write_beside(path, holder, bytes, existing.as_ref()),
     };
     finish(mode, written.is_ok());
     written.map_err(io_error(target))
@@ -54,24 +54,24 @@ fn mode_for(target: &Path, existing: Option<&Metadata>) -> Result<FileWriteMode,
 }
 
 fn mode_for_file(target: &Path, exists: bool) -> Result<FileWriteMode, Error> {
-    let (place, parents) = resolve(target)?;
-    let parent = place.parent().unwrap_or(Path::new("/")).to_owned();
-    let name = place.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let lock = match Lock::take(parent.join(format!(".{name}.sensel-lock")), &place) {
+    let (path, parents) = resolve(target)?;
+    let parent = path.parent().unwrap_or(Path::new("/")).to_owned();
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let lock = match Lock::take(parent.join(format!(".{name}.sensel-lock")), &path) {
         Err(Error::Io { source, .. }) if exists && disk::is_forbidden(&source) => return Ok(FileWriteMode::Direct),
         other => other?,
     };
     if lock.is_exclusive {
-        work::clear_stale(&parent, &place, &name);
+        work::clear_stale(&parent, &path, &name);
     }
     let holder = work::fresh(&parent, &name)?;
-    Ok(FileWriteMode::Renamed { place, holder, parents, _lock: lock })
+    Ok(FileWriteMode::Renamed { path, holder, parents, _lock: lock })
 }
 
 /// Removes what stood beside the file, and the folders that were made for it unless it is there now.
 fn finish(mode: FileWriteMode, is_written: bool) {
     let FileWriteMode::Renamed { holder, mut parents, _lock, .. } = mode else { return };
-    // A holder that stays is hidden, and the next run to the same place clears it.
+    // A holder that stays is hidden, and the next run to the same target clears it.
     let _ = work::remove_marked(&holder);
     if is_written {
         parents.0.clear();
@@ -79,17 +79,17 @@ fn finish(mode: FileWriteMode, is_written: bool) {
     drop(_lock);
 }
 
-fn write_beside(place: &Path, holder: &Path, bytes: &[u8], existing: Option<&Metadata>) -> io::Result<()> {
+fn write_beside(path: &Path, holder: &Path, bytes: &[u8], existing: Option<&Metadata>) -> io::Result<()> {
     let beside = holder.join("file");
     disk::write_new(&beside, bytes)?;
     if let Some(existing) = existing {
         disk::copy_ownership(existing, &beside)?;
     }
-    match disk::rename(&beside, place) {
+    match disk::rename(&beside, path) {
         // A file that is mounted cannot be replaced, only overwritten.
-        Err(error) if existing.is_some() && error.kind() == ErrorKind::ResourceBusy => write_to(place, bytes),
+        Err(error) if existing.is_some() && error.kind() == ErrorKind::ResourceBusy => write_to(path, bytes),
         Err(error) => Err(error),
-        Ok(()) => disk::sync_folder(place.parent().unwrap_or(Path::new("/"))),
+        Ok(()) => disk::sync_folder(path.parent().unwrap_or(Path::new("/"))),
     }
 }
 

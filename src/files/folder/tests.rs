@@ -18,9 +18,9 @@ fn names(folder: &Path) -> Vec<String> {
 fn content(folder: &Path) -> Vec<(String, String)> {
     let mut found = Vec::new();
     let mut waiting = vec![folder.to_owned()];
-    while let Some(place) = waiting.pop() {
-        for name in names(&place) {
-            let path = place.join(&name);
+    while let Some(parent) = waiting.pop() {
+        for name in names(&parent) {
+            let path = parent.join(&name);
             if path.is_dir() {
                 waiting.push(path);
             } else if name != MARKER {
@@ -198,7 +198,7 @@ fn folders_and_files_of_others_are_refused_untouched() {
 }
 
 #[test]
-fn of_two_that_write_to_one_place_at_once_the_second_is_refused() {
+fn of_two_that_write_to_one_target_at_once_the_second_is_refused() {
     let scratch = Scratch::new();
     let target = scratch.path().join("run");
     let first = OutputFolder::create(&target).unwrap();
@@ -242,8 +242,8 @@ fn a_file_that_appears_in_the_last_moment_is_kept_and_named() {
     let (scratch, target) = with_first();
     let folder = filled(&target, "second");
     let placed = folder.commit_by(exchange).unwrap();
-    let place = fs::canonicalize(scratch.path()).unwrap();
-    assert_eq!((placed.folder, placed.kept), (place.join("run"), vec![place.join("run.kept-1")]));
+    let root = fs::canonicalize(scratch.path()).unwrap();
+    assert_eq!((placed.folder, placed.kept), (root.join("run"), vec![root.join("run.kept-1")]));
     let kept = [("frames/notes.txt", "mine"), ("report.json", "mine too")].map(|(a, b)| (a.to_owned(), b.to_owned()));
     assert_eq!(content(&scratch.path().join("run.kept-1")), kept);
     assert_eq!(content(&target), expected("second"));
@@ -356,7 +356,7 @@ fn a_process_that_is_killed_after_any_step_leaves_the_old_or_the_new_result() {
             states.insert(state);
             let may_be_between = match swap {
                 Swap::Exchange => earlier != "first" && state == "none",
-                // The place is empty between the two renames.
+                // The target is missing between the two renames.
                 Swap::TwoRenames => state == "none",
                 Swap::Contents => true,
             };

@@ -1,5 +1,5 @@
 //! Hidden folders in which results are built, and in which earlier results wait for their removal. What a killed process left of them is
-//! cleared by the next one for the same place, and only where their content says that they are this program's.
+//! cleared by the next one for the same target, and only where their content says that they are this program's.
 
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};

@@ -9,12 +9,12 @@ use crate::files::scratch::Scratch;
 fn exposure(seed: u64, size: Size) -> Exposure {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
     let mut values = Vec::new();
-    for place in 0..size.pixel_count() {
+    for pixel in 0..size.pixel_count() {
         state ^= state << 13;
         state ^= state >> 7;
         state ^= state << 17;
         let noise = f32::from(crate::num::low_u16(crate::num::low_u32(state))) * 0.01;
-        values.push(if place % 17 == 0 { 0.0 } else { 900.0 + noise });
+        values.push(if pixel % 17 == 0 { 0.0 } else { 900.0 + noise });
     }
     let last = values.len() - 1;
     (values[0], values[last]) = (f32::MAX, f32::MIN_POSITIVE);
@@ -76,11 +76,11 @@ fn every_flipped_byte_of_200_entries_is_found_said_and_replaced() {
         store.keep(&key, &seen, None);
         let path = scratch.path().join(format!("{key}.entry"));
         let whole = std::fs::read(&path).unwrap();
-        for place in 0..whole.len() {
+        for at in 0..whole.len() {
             let mut flipped = whole.clone();
-            flipped[place] ^= 1 << (place % 8);
+            flipped[at] ^= 1 << (at % 8);
             std::fs::write(&path, &flipped).unwrap();
-            assert!(store.load(&key).is_none(), "entry {number}, byte {place}");
+            assert!(store.load(&key).is_none(), "entry {number}, byte {at}");
             flips += 1;
         }
         store.keep(&key, &seen, None);

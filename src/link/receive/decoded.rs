@@ -15,15 +15,15 @@ pub struct Received {
     pub metadata: Option<FrameMetadata>,
     /// What the frame announced; nothing if the line of embedded data was damaged.
     pub shape: Option<FrameShape>,
-    /// Codes, if rows were sent and the place of each that arrived is known. Damaged and missing rows are zero.
+    /// Codes, if rows were sent and the row number of each that arrived is known. Damaged and missing rows are zero.
     pub picture: Option<Plane<u16>>,
-    /// Rows whose payload failed its CRC, counted from 0; of those whose place is known.
+    /// Rows whose payload failed its CRC, counted from 0; of those whose number is known.
     pub damaged_rows: Vec<u32>,
     /// Rows that were announced and did not arrive, counted from 0; empty where it is not known which they are.
     pub missing_rows: Vec<u32>,
     /// Features of all undamaged packets, in the sensor's order.
     pub features: Vec<Feature>,
-    /// The place of each of these in the sensor's own list.
+    /// The index of each of these in the sensor's own list.
     pub feature_indices: Vec<u32>,
     /// Whether everything that the frame announced arrived undamaged.
     pub whole: bool,

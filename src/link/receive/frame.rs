@@ -1,6 +1,6 @@
-//! A frame between its start and its end. Collects payloads and the gaps between them, and keeps only the rows whose place is certain.
+//! A frame between its start and its end. Collects payloads and the gaps between them, and keeps only the rows whose number is certain.
 //!
-//! A row gets a place only where that place is certain: by the number of the line-start packet in front of it, or, where rows are
+//! A row is taken only where its number is certain: by the number of the line-start packet in front of it, or, where rows are
 //! not numbered, by counting: rows that arrived and rows' lengths that were skipped have to make up the announced height exactly.
 
 use super::super::raw::RawKind;
@@ -139,9 +139,9 @@ impl<'a> Open<'a> {
     pub(super) fn finish(mut self, wants_picture: bool) -> (Received, u64, u64) {
         self.damaged |= self.line.is_some();
         self.records.sort_by_key(|records| (records.first, records.last));
-        let places = self.places();
+        let row_packets = self.row_packets();
         let (mut damaged_rows, mut missing_rows) = (Vec::new(), Vec::new());
-        for (row, packet) in (0..).zip(places.iter().flat_map(|places| &places.packets)) {
+        for (row, packet) in (0..).zip(row_packets.iter().flat_map(|row_packets| &row_packets.packets)) {
             match packet {
                 Some(packet) if self.rows[*packet].payload.is_none() => damaged_rows.push(row),
                 Some(_) => {}
@@ -150,14 +150,14 @@ impl<'a> Open<'a> {
         }
         let shape = self.embedded.map(|(_, shape)| shape);
         let announced = shape.and_then(|shape| shape.size());
-        let rows_lost = match (&places, announced) {
+        let rows_lost = match (&row_packets, announced) {
             (Some(_), _) => u64_from(damaged_rows.len() + missing_rows.len()),
             (None, Some(size)) => size.height_px.into(),
             (None, None) => 0,
         };
         let rows_as_announced =
-            announced.is_some() == places.is_some() && (announced.is_some() || self.rows.is_empty());
-        let picture = places.as_ref().filter(|_| wants_picture).map(|places| self.picture(places));
+            announced.is_some() == row_packets.is_some() && (announced.is_some() || self.rows.is_empty());
+        let picture = row_packets.as_ref().filter(|_| wants_picture).map(|row_packets| self.picture(row_packets));
         let complete = shape.is_some_and(|shape| {
             rows_as_announced && if shape.features_follow { self.list_is_whole() } else { self.records.is_empty() }
         });
@@ -195,7 +195,7 @@ impl<'a> Open<'a> {
     }
 
     /// Where the rows belong; nothing where that is in doubt, or no rows were announced.
-    fn places(&mut self) -> Option<RowPackets> {
+    fn row_packets(&mut self) -> Option<RowPackets> {
         let (_, shape) = self.embedded?;
         let size = shape.size()?;
         let kind = RawKind::ALL.into_iter().find(|kind| kind.data_type() == shape.data_type)?;
@@ -266,11 +266,11 @@ impl<'a> Open<'a> {
         Some(packets)
     }
 
-    fn picture(&self, places: &RowPackets) -> Plane<u16> {
-        let mut picture = Plane::filled(places.size, 0);
-        for (row, packet) in places.packets.iter().enumerate() {
+    fn picture(&self, row_packets: &RowPackets) -> Plane<u16> {
+        let mut picture = Plane::filled(row_packets.size, 0);
+        for (row, packet) in row_packets.packets.iter().enumerate() {
             if let Some(payload) = packet.and_then(|packet| self.rows[packet].payload) {
-                places.kind.unpack_into(payload, picture.row_mut(row));
+                row_packets.kind.unpack_into(payload, picture.row_mut(row));
             }
         }
         picture

@@ -9,7 +9,7 @@ use super::decoder::HostDecoder;
 use super::frame::Open;
 use crate::link::packet::{CRC_BYTES, HEADER_BYTES};
 
-/// Bytes that decide what is at a place: a line start, and the longest packet behind it.
+/// Bytes that decide what is at an offset: a line start, and the longest packet behind it.
 const REACH_BYTES: usize = 2 * HEADER_BYTES + 65_535 + CRC_BYTES;
 
 /// A host that listens.

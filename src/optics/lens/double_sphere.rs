@@ -54,16 +54,16 @@ impl DoubleSphere {
         over(point, denominator, second_gradient * self.alpha + z_gradient * (1.0 - self.alpha), scale)
     }
 
-    pub(super) fn unproject(&self, place: DVec2) -> Option<DVec3> {
+    pub(super) fn unproject(&self, point: DVec2) -> Option<DVec3> {
         let (alpha, xi) = (self.alpha, self.xi);
-        let r2 = place.length_squared();
+        let r2 = point.length_squared();
         let root2 = 1.0 - (2.0 * alpha - 1.0) * r2;
         if !(self.is_sound() && root2 >= -RIM && r2.is_finite()) {
             return None;
         }
         let z = depth_of(alpha, r2, root2);
         let onto_first = (z * xi + (z * z + (1.0 - xi * xi) * r2).sqrt()) / (z * z + r2);
-        let bearing = place.extend(z) * onto_first - DVec3::Z * xi;
+        let bearing = point.extend(z) * onto_first - DVec3::Z * xi;
         bearing.is_finite().then(|| bearing.normalize())
     }
 }

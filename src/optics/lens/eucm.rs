@@ -42,14 +42,14 @@ impl Eucm {
         over(point, denominator, gradient + DVec3::Z * (1.0 - self.alpha), scale)
     }
 
-    pub(super) fn unproject(&self, place: DVec2) -> Option<DVec3> {
-        let (alpha, r2) = (self.alpha, self.beta * place.length_squared());
+    pub(super) fn unproject(&self, point: DVec2) -> Option<DVec3> {
+        let (alpha, r2) = (self.alpha, self.beta * point.length_squared());
         let root2 = 1.0 - (2.0 * alpha - 1.0) * r2;
         if !(self.is_sound() && root2 >= -RIM && r2.is_finite()) {
             return None;
         }
         let z = depth_of(alpha, r2, root2);
-        let bearing = place.extend(z);
+        let bearing = point.extend(z);
         bearing.is_finite().then(|| bearing.normalize())
     }
 }

@@ -45,7 +45,7 @@ impl Radial for Kb4 {
     }
 }
 
-/// Places between 0 and `most` where a polynomial (lowest power first, finite, not 0 at 0) changes its sign or touches zero at a
+/// Arguments between 0 and `most` where a polynomial (lowest power first, finite, not 0 at 0) changes its sign or touches zero at a
 /// turning point, rising. Between two roots of its derivative a polynomial is monotone, so each stretch holds one root at most.
 fn roots(coefficients: &[f64], most: f64) -> Vec<f64> {
     if coefficients.len() < 2 {

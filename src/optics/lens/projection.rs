@@ -2,16 +2,16 @@
 
 use glam::{DVec2, DVec3};
 
-/// What roundings add to a rim: a place there and the bearing it returns to must not fall to different sides of it.
+/// What roundings add to a rim: a point there and the bearing it returns to must not fall to different sides of it.
 pub(super) const RIM: f64 = 8.0 * f64::EPSILON;
 
-/// Rows of d(place)/d(point).
+/// Rows of d(position)/d(point).
 pub type ProjectionJacobian = [[f64; 3]; 2];
 
-/// Rows of d(bearing)/d(place).
+/// Rows of d(bearing)/d(position).
 pub type BearingJacobian = [[f64; 2]; 3];
 
-/// A place in the mapping's plane, and rows of its derivative by the point, each times one of two scales.
+/// A point of the mapping's plane, and rows of its derivative by the point in space, each times one of two scales.
 pub(super) type Projected = (DVec2, ProjectionJacobian);
 
 /// Depth over the distance `d` of [`denominator`] at which the pinhole's rays touch the sphere or ellipsoid (alpha above 1/2) or run along
@@ -29,9 +29,9 @@ pub(super) fn denominator(alpha: f64, distance: f64, z: f64, aside2: f64) -> f64
     (alpha * alpha * aside2 + (2.0 * alpha - 1.0) * z * z) / (alpha * distance - (1.0 - alpha) * z)
 }
 
-/// The inverse of both: depth of the bearing through a place at the squared distance r2 (times beta), of which `root2` is
+/// The inverse of both: depth of the bearing through a point at the squared distance r2 (times beta), of which `root2` is
 /// `1 - (2 alpha - 1) r2`, 0 on the rim. On the unit sphere depth and denominator have no difference that vanishes on a rim; the published
-/// quotient has one, but keeps its digits where places run to infinity, which they do for alpha up to 1/2.
+/// quotient has one, but keeps its digits where points run to infinity, which they do for alpha up to 1/2.
 pub(super) fn depth_of(alpha: f64, r2: f64, root2: f64) -> f64 {
     let (beta, root) = (1.0 - alpha, crate::num::greater(root2, 0.0).sqrt());
     if alpha <= 0.5 {
@@ -41,9 +41,12 @@ pub(super) fn depth_of(alpha: f64, r2: f64, root2: f64) -> f64 {
     depth / (alpha + beta * depth)
 }
 
-/// A place that is x and y over a denominator, with its derivative: `gradient` is the denominator's.
+/// A point of the plane that is x and y over a denominator, with its derivative: `gradient` is the denominator's.
 pub(super) fn over(point: DVec3, denominator: f64, gradient: DVec3, scale: [f64; 2]) -> Option<Projected> {
-    let place = DVec2::new(point.x / denominator, point.y / denominator);
-    let row = |axis: DVec3, place: f64, scale: f64| ((axis - gradient * place) * (scale / denominator)).to_array();
-    place.is_finite().then_some((place, [row(DVec3::X, place.x, scale[0]), row(DVec3::Y, place.y, scale[1])]))
+    let projected = DVec2::new(point.x / denominator, point.y / denominator);
+    let row =
+        |axis: DVec3, coordinate: f64, scale: f64| ((axis - gradient * coordinate) * (scale / denominator)).to_array();
+    projected
+        .is_finite()
+        .then_some((projected, [row(DVec3::X, projected.x, scale[0]), row(DVec3::Y, projected.y, scale[1])]))
 }

@@ -38,15 +38,15 @@ pub(super) fn project(mapping: &impl Radial, point: DVec3, [sx, sy]: [f64; 2]) -
     Some((DVec2::new(radius * x, radius * y), jacobian))
 }
 
-/// The unit bearing that lands on a place.
-pub(super) fn unproject(mapping: &impl Radial, place: DVec2) -> Option<DVec3> {
-    let radius = libm::hypot(place.x, place.y);
+/// The unit bearing that lands on a point of the mapping's plane.
+pub(super) fn unproject(mapping: &impl Radial, point: DVec2) -> Option<DVec3> {
+    let radius = libm::hypot(point.x, point.y);
     if radius == 0.0 {
         return (mapping.angle_max_rad() > 0.0).then_some(DVec3::Z);
     }
     let angle_rad = angle_of(mapping, radius)?;
     let (sine, cosine) = libm::sincos(angle_rad);
-    Some(DVec3::new(sine * (place.x / radius), sine * (place.y / radius), cosine))
+    Some(DVec3::new(sine * (point.x / radius), sine * (point.y / radius), cosine))
 }
 
 /// Newton needs 4 to 8 steps; where bisection takes over it halves the bracket, 52 times for all digits, every other step at least.

@@ -1,5 +1,5 @@
 //! Radial-tangential distortion (Brown 1966 and Conrady 1919, as OpenCV and Kalibr define it): a polynomial over the pinhole's
-//! plane z = 1. Only points before the camera have a place there.
+//! plane z = 1. Only points before the camera have an image there.
 
 use glam::{DVec2, DVec3};
 
@@ -25,22 +25,22 @@ impl Radtan {
     /// Where a point lands in the plane, with its derivative.
     pub(super) fn project(&self, point: DVec3, [sx, sy]: [f64; 2]) -> Option<Projected> {
         let at = self.in_domain(point)?;
-        let (place, [xx, xy, yy]) = self.distort(at);
+        let (distorted, [xx, xy, yy]) = self.distort(at);
         let per_m = 1.0 / point.z;
         let (fx, fy) = (sx * per_m, sy * per_m);
         let jacobian =
             [[fx * xx, fx * xy, -fx * (xx * at.x + xy * at.y)], [fy * xy, fy * yy, -fy * (xy * at.x + yy * at.y)]];
-        Some((place, jacobian))
+        Some((distorted, jacobian))
     }
 
     /// Where a point lands in the plane.
-    pub(super) fn place(&self, point: DVec3) -> Option<DVec2> {
+    pub(super) fn project_point(&self, point: DVec3) -> Option<DVec2> {
         Some(self.distort(self.in_domain(point)?).0)
     }
 
-    /// The unit bearing that lands on a place.
-    pub(super) fn unproject(&self, place: DVec2) -> Option<DVec3> {
-        Some(self.undistort(place)?.extend(1.0).normalize())
+    /// The unit bearing that lands on a point of the plane.
+    pub(super) fn unproject(&self, distorted: DVec2) -> Option<DVec3> {
+        Some(self.undistort(distorted)?.extend(1.0).normalize())
     }
 
     /// Largest tangent of the angle off the axis at which the mapping is proven one to one; infinite if it never folds.
@@ -83,7 +83,7 @@ impl Radtan {
         self.stretch_bounds().into_iter().all(|bound| stays_positive(bound, radius2))
     }
 
-    /// Where an undistorted place in the plane z = 1 lands, with the Jacobian's entries xx, xy (= yx) and yy.
+    /// Where an undistorted point of the plane z = 1 lands, with the Jacobian's entries xx, xy (= yx) and yy.
     #[inline(always)]
     pub(super) fn distort(&self, at: DVec2) -> (DVec2, [f64; 3]) {
         let Self { k1, k2, p1, p2, k3 } = *self;
@@ -92,7 +92,7 @@ impl Radtan {
         let radial = 1.0 + s * (k1 + s * (k2 + s * k3));
         let growth = 2.0 * (k1 + 2.0 * s * k2 + 3.0 * s * s * k3); // d(radial)/dx divided by x
         let cross = 2.0 * x * y;
-        let place = DVec2::new(
+        let distorted = DVec2::new(
             x * radial + p1 * cross + p2 * (s + 2.0 * x * x),
             y * radial + p1 * (s + 2.0 * y * y) + p2 * cross,
         );
@@ -101,16 +101,16 @@ impl Radtan {
             growth * x * y + 2.0 * p1 * x + 2.0 * p2 * y,
             radial + growth * y * y + 6.0 * p1 * y + 2.0 * p2 * x,
         ];
-        (place, jacobian)
+        (distorted, jacobian)
     }
 
-    /// The undistorted place that lands on `target`: damped Newton inside the proven domain, where the Jacobian is positive
+    /// The undistorted point that lands on `target`: damped Newton inside the proven domain, where the Jacobian is positive
     /// definite and the step is a descent direction of the residual. None if it does not come within 1e-12.
     fn undistort(&self, target: DVec2) -> Option<DVec2> {
         let mut at = DVec2::ZERO;
-        let (mut place, mut jacobian) = self.distort(at);
+        let (mut distorted, mut jacobian) = self.distort(at);
         for _ in 0..NEWTON_STEPS_MAX {
-            let residual = target - place;
+            let residual = target - distorted;
             let [xx, xy, yy] = jacobian;
             let determinant = xx * yy - xy * xy;
             let step = DVec2::new(yy * residual.x - xy * residual.y, xx * residual.y - xy * residual.x) / determinant;
@@ -118,20 +118,20 @@ impl Radtan {
                 // One more step costs nothing here and squares what error is left.
                 return Some(at + step).filter(|at| self.is_one_to_one_within(at.length_squared()));
             }
-            (at, place, jacobian) = self.damped(at, step, target, residual.length_squared())?;
+            (at, distorted, jacobian) = self.damped(at, step, target, residual.length_squared())?;
         }
         None
     }
 
-    /// Halves a Newton step until it stays in the domain and brings the place closer to its target.
+    /// Halves a Newton step until it stays in the domain and brings the distorted point closer to its target.
     fn damped(&self, at: DVec2, step: DVec2, target: DVec2, error2: f64) -> Option<(DVec2, DVec2, [f64; 3])> {
         let mut fraction = 1.0;
         for _ in 0..HALVINGS_MAX {
             let next = at + step * fraction;
             if self.is_one_to_one_within(next.length_squared()) {
-                let (place, jacobian) = self.distort(next);
-                if (target - place).length_squared() < error2 {
-                    return Some((next, place, jacobian));
+                let (distorted, jacobian) = self.distort(next);
+                if (target - distorted).length_squared() < error2 {
+                    return Some((next, distorted, jacobian));
                 }
             }
             fraction *= 0.5;

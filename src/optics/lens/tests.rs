@@ -30,7 +30,7 @@ fn calibrations() -> Vec<(&'static str, Size, Lens)> {
 }
 
 #[test]
-fn every_place_of_a_picture_returns_to_itself() {
+fn every_position_in_a_picture_returns_to_itself() {
     for (name, size, lens) in calibrations() {
         let mut tried = 0;
         for y in (0..size.height_px).step_by(7).chain([size.height_px - 1]) {

@@ -10,7 +10,7 @@ const SEED: u64 = 4;
 /// Lenses of each model.
 const LENSES: u64 = 40;
 
-/// A number of 0..1 that is a function of its place.
+/// A number of 0..1 that is a function of a key and a number.
 fn random(key: DrawKey, number: u64) -> f64 {
     key.with(number).uniform()
 }
@@ -77,12 +77,13 @@ fn places_and_bearings_return_to_themselves_up_to_the_rim() {
             let again_px = lens
                 .project(back)
                 .unwrap_or_else(|| panic!("{lens:?}: {share} of the field returns outside it from {position_px}"));
-            // Some thirty roundings of 2^-53, of the place and of the bearing; where places run to infinity the mapping stretches the
-            // latter by up to the square of the place over the focal length.
+            // Some thirty roundings of 2^-53, of the position and of the bearing; where positions run to infinity the mapping stretches the
+            // latter by up to the square of the position over the focal length.
             let size_px = 1.0 + position_px.length();
             let most_px = 1e-14 * size_px * (1.0 + size_px / 187.0);
             assert!((again_px - position_px).length() < most_px, "{lens:?} {share}: {position_px} {again_px}");
-            // A bearing is as well known as the place allows: on a rim where the slope vanishes, or where places run to infinity, less.
+            // A bearing is as well known as the position allows: on a rim where the slope vanishes, or where positions run to infinity,
+            // less.
             if share < 0.99 {
                 assert!((back - bearing).length() < 1e-9, "{lens:?} {share}: {bearing} {back}");
             }
@@ -95,7 +96,7 @@ fn places_and_bearings_return_to_themselves_up_to_the_rim() {
 }
 
 #[test]
-fn a_round_trip_of_a_picture_keeps_its_places_to_a_billionth_of_a_pixel() {
+fn a_round_trip_of_a_picture_keeps_its_positions_to_a_billionth_of_a_pixel() {
     let (mut tried, mut dark) = (0, 0);
     for lens in lenses() {
         for y in (0..512_u32).step_by(37) {
@@ -130,19 +131,20 @@ fn jacobians_both_ways_are_the_slopes() {
                 let behind_px = lens.project(point_m - axis_vector * step_m).unwrap();
                 let slope = (ahead_px - behind_px) / (2.0 * step_m);
                 let analytic = DVec2::new(jacobian[0][axis], jacobian[1][axis]);
-                // A place of 1,000 px rounds to 1e-13 px, over the step 1e-7; a table's second derivative jumps at its knots by
+                // A position of 1,000 px rounds to 1e-13 px, over the step 1e-7; a table's second derivative jumps at its knots by
                 // up to 1e2 of the scale, so a step across one errs by half of that times the step.
                 assert!((slope - analytic).length() < 1e-4 * scale, "{lens:?} {point_m} {axis}: {slope} {analytic}");
                 tried += 1;
             }
-            let (back, by_place) = lens.unproject_with_jacobian(position_px).unwrap();
-            let by_place = [0, 1].map(|axis| DVec3::new(by_place[0][axis], by_place[1][axis], by_place[2][axis]));
+            let (back, by_position) = lens.unproject_with_jacobian(position_px).unwrap();
+            let by_position =
+                [0, 1].map(|axis| DVec3::new(by_position[0][axis], by_position[1][axis], by_position[2][axis]));
             // J U = 1 and no change along the bearing: roundings of the scale times the inverse's own size.
             let jacobian = lens.project_with_jacobian(back).unwrap().1.map(DVec3::from_array);
             for (row, column, expected) in [(0, 0, 1.0), (0, 1, 0.0), (1, 0, 0.0), (1, 1, 1.0)] {
-                assert!((jacobian[row].dot(by_place[column]) - expected).abs() < 1e-9, "{lens:?} {point_m}");
+                assert!((jacobian[row].dot(by_position[column]) - expected).abs() < 1e-9, "{lens:?} {point_m}");
             }
-            assert!(by_place.iter().all(|column| column.dot(back).abs() < 1e-9 * column.length()));
+            assert!(by_position.iter().all(|column| column.dot(back).abs() < 1e-9 * column.length()));
             tried += 1;
         }
     }
@@ -172,7 +174,7 @@ fn beyond_the_domain_there_is_nothing() {
 #[test]
 fn models_give_the_values_of_their_published_formulas() {
     let one = Intrinsics { fx_px: 1.0, fy_px: 1.0, cx_px: 0.0, cy_px: 0.0 };
-    let place = |mapping, x, y, z| Lens { intrinsics: one, mapping }.project(DVec3::new(x, y, z)).unwrap();
+    let project = |mapping, x, y, z| Lens { intrinsics: one, mapping }.project(DVec3::new(x, y, z)).unwrap();
     // OpenCV's fisheye with TUM-VI's coefficients at 45 and at 100 degrees, by fifty digits of Python's decimal arithmetic.
     let kb4 = Mapping::Kb4(Kb4::new([
         0.003_482_389_402_249_343_4,
@@ -186,17 +188,17 @@ fn models_give_the_values_of_their_published_formulas() {
         (100.0_f64.to_radians(), 1.704_627_537_078_283_271_96),
     ] {
         let at = bearing(angle_rad, 0.0) * 7.0;
-        assert!((place(kb4, at.x, at.y, at.z) - DVec2::new(radius, 0.0)).length() < 2e-15, "{angle_rad}");
+        assert!((project(kb4, at.x, at.y, at.z) - DVec2::new(radius, 0.0)).length() < 2e-15, "{angle_rad}");
     }
     // The double sphere at (3, 4, -1): |p| = sqrt(26), and so on as the paper's equations 40 to 43 say.
     let spheres = Mapping::DoubleSphere(DoubleSphere { xi: -0.25, alpha: 0.5 });
     let expected = DVec2::new(1.864_293_082_101_575_808_6, 2.485_724_109_468_767_744_8);
     // The denominator is a difference, 1.6 of 5: roundings threefold.
-    assert!((place(spheres, 3.0, 4.0, -1.0) - expected).length() < 5e-15);
+    assert!((project(spheres, 3.0, 4.0, -1.0) - expected).length() < 5e-15);
     // EUCM at (3, 4, -1) with alpha 0.6, beta 4: d = sqrt(4 * 25 + 1), the denominator 0.6 d - 0.4.
     let eucm = Mapping::Eucm(Eucm { alpha: 0.6, beta: 4.0 });
     let expected = DVec2::new(0.532_866_743_591_646_477_5, 0.710_488_991_455_528_636_7);
-    assert!((place(eucm, 3.0, 4.0, -1.0) - expected).length() < 1e-15);
+    assert!((project(eucm, 3.0, 4.0, -1.0) - expected).length() < 1e-15);
 }
 
 #[test]
@@ -232,7 +234,7 @@ fn parts_and_bins_of_a_picture_see_the_same_bearings() {
             else {
                 continue;
             };
-            // A few roundings of places of some hundred pixels over the focal length.
+            // A few roundings of positions of some hundred pixels over the focal length.
             assert!((own - whole).length() < 1e-11, "{lens:?} {position_px}");
             tried += 1;
         }

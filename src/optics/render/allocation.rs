@@ -60,7 +60,7 @@ impl Estimate {
     }
 }
 
-/// Places of a pixel and of the eight around it, row by row, in a picture of `count` pixels.
+/// Indices of a pixel and of the eight around it, row by row, in a picture of `count` pixels.
 pub fn around(at: usize, width: usize, count: usize) -> impl Iterator<Item = usize> {
     let (x, y, height) = (at % width, at / width, count / width);
     let columns = x.saturating_sub(1)..(x + 2).min(width);

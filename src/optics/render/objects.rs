@@ -71,7 +71,7 @@ impl ObjectInView {
         Self { lit: object.lit_at(middle_s), timelines, balls_m }
     }
 
-    /// Which lanes' places may be shaded by it over the exposures of a group of rows from the lanes' sources, by its whole.
+    /// Which lanes' points may be shaded by it over the exposures of a group of rows from the lanes' sources, by its whole.
     #[inline(always)]
     pub fn may_shade(&self, group: usize, at_m: &Vectors, towards: &Towards, slack_m: Floats) -> Mask {
         towards.may_be_blocked(self.balls_m[group].0, at_m, slack_m)

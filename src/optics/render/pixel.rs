@@ -124,8 +124,8 @@ impl Pixel<'_> {
         let to = |corner: [f32; 3]| pose.turned(sub(corner, first));
         let direction = pose.turned(bearing);
         let (right, down) = (across(to(right), direction), across(to(down), direction));
-        let (turn, place) = (change.turned(bearing), change.position_m());
-        let travel = across([0, 1, 2].map(|axis| turn[axis] + place[axis] / distance_m), direction);
+        let (turn, shift_m) = (change.turned(bearing), change.position_m());
+        let travel = across([0, 1, 2].map(|axis| turn[axis] + shift_m[axis] / distance_m), direction);
         let (rr, rd, dd) = (dot(right, right), dot(right, down), dot(down, down));
         let (tr, td) = (dot(travel, right), dot(travel, down));
         let determinant = rr * dd - rd * rd;
@@ -135,7 +135,7 @@ impl Pixel<'_> {
         [(tr * dd - td * rd) / determinant, (td * rr - tr * rd) / determinant]
     }
 
-    /// Photons of samples in the first lanes, by their places and numbers.
+    /// Photons of samples in the first lanes, by their coordinates and numbers.
     #[inline(always)]
     fn trace(
         &self,
@@ -146,7 +146,7 @@ impl Pixel<'_> {
         stack: &mut Stack,
     ) -> Floats {
         let Self { frame: FrameRender { view, objects, lamp_levels, .. }, timeline, at, .. } = self;
-        let [_, _, t] = sheared.place;
+        let [_, _, t] = sheared.coordinates;
         let mut levels = [1.0; LANES];
         if !view.scene.is_steady() {
             for lane in 0..LANES {
@@ -157,7 +157,7 @@ impl Pixel<'_> {
         let (group, row) = (at[1] / ROWS, at[1] % ROWS);
         let mut aim = Aim {
             pixels,
-            place: sheared.place,
+            coordinates: sheared.coordinates,
             motion: PacketMotion::Shared(timeline.first_of_row(row)),
             share: t,
             pieces: if timeline.is_still { 0.0 } else { pieces },

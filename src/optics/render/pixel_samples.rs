@@ -8,7 +8,7 @@ use crate::scene::lanes::{Floats, LANES};
 /// The samples of a refined pixel, summed up.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PixelSamples {
-    /// Place of the pixel in the picture, row by row.
+    /// Index of the pixel in the picture, row by row.
     pub at: usize,
     /// Mean photons.
     pub photons: f32,

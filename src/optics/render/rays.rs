@@ -85,7 +85,7 @@ impl Kernel for Sample<'_, '_> {
     #[inline(always)]
     fn run(self) -> Self::Output {
         let Self { view, aim, stack } = self;
-        let bearing = bilinear(&aim.pixels.corners, aim.place[0], aim.place[1]);
+        let bearing = bilinear(&aim.pixels.corners, aim.coordinates[0], aim.coordinates[1]);
         let pose = aim.motion.at(aim.share);
         let (origin_m, direction) = (pose.position_m(), pose.turned(bearing));
         let mut t_max = aim.pixels.t_max;

@@ -24,7 +24,7 @@ const CHUNK: usize = 16;
 /// A pixel that is sampled again, and one over its probability to be drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct Replicate {
-    /// Place in the picture, row by row.
+    /// Index of the pixel in the picture, row by row.
     pub at: usize,
     /// How many pixels it stands for.
     pub weight: f64,

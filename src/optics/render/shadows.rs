@@ -16,7 +16,7 @@ use crate::simd::Kernel;
 /// Names the numbers that choose points on sources: beyond those of reflections.
 const OF_SOURCES: u32 = 16;
 
-/// An object's shadow from a source that gives a place less than this share of its light is left out.
+/// An object's shadow from a source that gives a point less than this share of its light is left out.
 const FAINT: f32 = 0.02;
 
 /// Rays of a packet that met one triangle.
@@ -50,7 +50,7 @@ pub(super) struct ObjectShadows<'a, 'b> {
     pub stack: &'a mut Stack,
 }
 
-/// Where a ray met the triangle: places around with their weights, normal, and where in the world.
+/// Where a ray met the triangle: the baked samples around with their weights, normal, and where in the world.
 #[derive(Clone, Copy)]
 struct Hit {
     around: [(usize, f32); 3],
@@ -65,7 +65,8 @@ impl OnSurface<'_, '_> {
     fn hit(&self, lane: usize) -> Hit {
         let Traced { hits: met, packet } = self.traced;
         let direction = [0, 1, 2].map(|axis| packet.direction[axis].0[lane]);
-        let (around, normal) = self.view.scene.places_around(self.triangle, [met.u.0[lane], met.v.0[lane]], direction);
+        let (around, normal) =
+            self.view.scene.sample_sides_around(self.triangle, [met.u.0[lane], met.v.0[lane]], direction);
         let at_m = [0, 1, 2].map(|axis| packet.origin_m[axis].0[lane] + direction[axis] * met.t.0[lane]);
         Hit { around, normal, at_m }
     }
@@ -76,9 +77,9 @@ impl OnSurface<'_, '_> {
         fourth(self.aim.numbers[lane], self.seeds[lane], OF_SOURCES + source)
     }
 
-    /// The number that chooses the place in each quarter of a wide source.
+    /// The number that chooses the point in each quarter of a wide source.
     #[inline(always)]
-    fn place_number(&self, lane: usize, source: u32) -> f32 {
+    fn quarter_number(&self, lane: usize, source: u32) -> f32 {
         fifth(self.aim.numbers[lane], self.seeds[lane], OF_SOURCES + 1 + source)
     }
 
@@ -118,7 +119,7 @@ fn set(packet: &mut Packet, lane: usize, ray: &Aimed) {
     packet.t_max.0[lane] = ray.t_max;
 }
 
-/// Middle, in all lanes, and radius of a ball around the places of some lanes.
+/// Middle, in all lanes, and radius of a ball around the points of some lanes.
 #[inline(always)]
 fn ball_around(at_m: &Vectors, lanes: Mask) -> (Vectors, Floats) {
     let (mut middle_m, mut reach2) = ([Floats::splat(0.0); 3], 0.0);
@@ -159,7 +160,7 @@ impl Kernel for EdgeShadows<'_, '_> {
                 let lane = next_lane(&mut rest);
                 let Some(light) = shadows.light(source, &hits[lane].around) else { continue };
                 let Hit { at_m, normal, .. } = hits[lane];
-                let numbers = (surface.number(lane, source), || surface.place_number(lane, source));
+                let numbers = (surface.number(lane, source), || surface.quarter_number(lane, source));
                 let scene = surface.view.scene;
                 let Some(ray) = scene.shadow_ray_by_light(shadows, (at_m, normal), source, numbers) else { continue };
                 let level = surface.level(source, lane);
@@ -208,15 +209,15 @@ impl Kernel for ObjectShadows<'_, '_> {
         if sources == 0 {
             return added;
         }
-        let [(place, _), ..] = surface.hit(next_lane(&mut surface.lanes.bits())).around;
-        let least_lux = FAINT * surface.view.scene.baked_lux(place);
+        let [(sample_side, _), ..] = surface.hit(next_lane(&mut surface.lanes.bits())).around;
+        let least_lux = FAINT * surface.view.scene.baked_lux(sample_side);
         sources &= surface.shadows.towards().may_give(&middle_m, least_lux).bits();
         if sources == 0 {
             return added;
         }
         // Each sample asks one of the sources for all of them, by their light.
         let plane = surface.view.scene.face(surface.triangle).normal();
-        let (mut source_of, mut per_share, mut places) = ([sources.trailing_zeros(); LANES], none, [NOWHERE; LANES]);
+        let (mut source_of, mut per_share, mut points) = ([sources.trailing_zeros(); LANES], none, [NO_POINT; LANES]);
         let mut rest = surface.lanes.bits();
         while rest != 0 {
             let lane = next_lane(&mut rest);
@@ -226,7 +227,7 @@ impl Kernel for ObjectShadows<'_, '_> {
             let lux = surface.shadows.towards().lux_at(at, normal);
             let number = fifth(surface.aim.numbers[lane], surface.seeds[lane], OF_SOURCES);
             (source_of[lane], per_share.0[lane]) = chosen(sources, &lux, number);
-            places[lane] = (at, normal);
+            points[lane] = (at, normal);
         }
         let towards = Towards::chosen(surface.shadows.towards_each(), &source_of);
         let mut asked = Mask([0; LANES]);
@@ -242,7 +243,7 @@ impl Kernel for ObjectShadows<'_, '_> {
             let lane = next_lane(&mut rest);
             let number = surface.number(lane, source_of[lane]);
             let scene = surface.view.scene;
-            let Some(ray) = scene.shadow_ray(surface.shadows, places[lane], source_of[lane], number) else { continue };
+            let Some(ray) = scene.shadow_ray(surface.shadows, points[lane], source_of[lane], number) else { continue };
             let of_lane = surface.shadows.lux_by(&ray, source_of[lane]);
             let level = surface.level(source_of[lane], lane) * per_share.0[lane];
             for band in 0..BANDS {
@@ -276,7 +277,7 @@ impl Kernel for ObjectShadows<'_, '_> {
     }
 }
 
-const NOWHERE: ([f32; 3], [f32; 3]) = ([0.0; 3], [0.0; 3]);
+const NO_POINT: ([f32; 3], [f32; 3]) = ([0.0; 3], [0.0; 3]);
 
 /// One of some sources, with a probability in proportion to its light, by a number of 0..1; and one over that probability.
 #[inline(always)]

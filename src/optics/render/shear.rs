@@ -1,4 +1,4 @@
-//! Motion-aligned sampling: maps points of the unit cube to places in the pixel and instants of the exposure, so that the first two
+//! Motion-aligned sampling: maps points of the unit cube to positions in the pixel and instants of the exposure, so that the first two
 //! coordinates alone decide which point of a moving surface is met.
 //!
 //! A surface point that passes the pixel at v pixels an exposure is met by all samples of equal u = (x + v_x t, y + v_y t), so an edge
@@ -26,12 +26,12 @@ fn bounded(share: f32) -> f32 {
     }
 }
 
-/// The places with even distribution of the sum of an even number of 0..1 and one of 0..`width`, and the bounds of the second one's
+/// Quantiles of the sum of a uniform number of 0..1 and one of 0..`width`, and the bounds of the second one's
 /// share.
 #[inline(always)]
 fn sums_of_boxes(p: Floats, width: Floats) -> (Floats, [Floats; 2]) {
     let (zero, one) = (Floats::splat(0.0), Floats::splat(1.0));
-    let (mut place, mut from, mut to) = (zero, zero, zero);
+    let (mut sum, mut from, mut to) = (zero, zero, zero);
     for lane in 0..LANES {
         let (p, width) = (p.0[lane], width.0[lane]);
         let least = if width < 1.0 { width } else { 1.0 };
@@ -41,32 +41,32 @@ fn sums_of_boxes(p: Floats, width: Floats) -> (Floats, [Floats; 2]) {
         let falling = 1.0 + width - (2.0 * least * most * (1.0 - p)).sqrt();
         let middle = p * most + 0.5 * least;
         let beyond = if p > 1.0 - ramp_share { falling } else { middle };
-        place.0[lane] = if p < ramp_share { rising } else { beyond };
-        from.0[lane] = (place.0[lane] - 1.0) / width;
-        to.0[lane] = place.0[lane] / width;
+        sum.0[lane] = if p < ramp_share { rising } else { beyond };
+        from.0[lane] = (sum.0[lane] - 1.0) / width;
+        to.0[lane] = sum.0[lane] / width;
     }
     let is_still = width.below(Floats::splat(LEAST_PX));
     let [from, to] = [zero.below(from).select(from, zero), to.below(one).select(to, one)];
-    (is_still.select(p, place), [is_still.select(zero, from), is_still.select(one, to)])
+    (is_still.select(p, sum), [is_still.select(zero, from), is_still.select(one, to)])
 }
 
 /// Where samples lie, lane by lane.
 pub struct ShearedSamples {
-    /// Places x, y in the pixel and instants t, each in 0..1.
-    pub place: [Floats; 3],
+    /// Positions x, y in the pixel and instants t, each in 0..1.
+    pub coordinates: [Floats; 3],
     /// How far the look-ups of `count` samples go towards the middle of what the pixel passes, in pixels to the right and down, so that
-    /// the spread of places and that of filters as wide as a sample's share sum to what the pixel sees.
+    /// the spread of positions and that of filters as wide as a sample's share sum to what the pixel sees.
     pub inwards: [Floats; 2],
 }
 
-/// Places of points of the unit cube, of which there are `count`.
+/// Samples of points of the unit cube, of which there are `count`.
 #[inline(always)]
 pub fn sheared_lanes([p, q, w]: [Floats; 3], velocity_px: [f32; 2], count: u32) -> ShearedSamples {
     let (zero, one, half) = (Floats::splat(0.0), Floats::splat(1.0), Floats::splat(0.5));
-    // What filters leave of the variance to places.
+    // What filters leave of the variance to positions.
     let by = Floats::splat(1.0 - (1.0 - 1.0 / f32_from_u32(count)).sqrt());
     if velocity_px == [0.0; 2] {
-        return ShearedSamples { place: [p, q, w], inwards: [by * (half - p), by * (half - q)] };
+        return ShearedSamples { coordinates: [p, q, w], inwards: [by * (half - p), by * (half - q)] };
     }
     let (x_turned, y_turned) = (velocity_px[0] < 0.0, velocity_px[1] < 0.0);
     let (width_x, width_y) = (Floats::splat(velocity_px[0].abs()), Floats::splat(velocity_px[1].abs()));
@@ -79,15 +79,15 @@ pub fn sheared_lanes([p, q, w]: [Floats; 3], velocity_px: [f32; 2], count: u32) 
     let least_px = Floats::splat(LEAST_PX);
     let x = u - least_px.at_most(width_x).select(width_x * t, zero);
     let y = v - least_px.at_most(height).select(height * share, zero);
-    let mut place = [if x_turned { one - x } else { x }, if y_turned { one - y } else { y }, t];
+    let mut coordinates = [if x_turned { one - x } else { x }, if y_turned { one - y } else { y }, t];
     for axis in 0..3 {
         for lane in 0..LANES {
-            place[axis].0[lane] = bounded(place[axis].0[lane]);
+            coordinates[axis].0[lane] = bounded(coordinates[axis].0[lane]);
         }
     }
     let (to_x, to_y) = (half * (one + width_x) - u, half * (one + height) - v);
     ShearedSamples {
-        place,
+        coordinates,
         inwards: [by * if x_turned { zero - to_x } else { to_x }, by * if y_turned { zero - to_y } else { to_y }],
     }
 }
@@ -107,18 +107,18 @@ mod tests {
         }
         let (least, most) = if width < 1.0 { (width, 1.0) } else { (1.0, width) };
         let ramp_share = 0.5 * least / most;
-        let place = if p < ramp_share {
+        let sum = if p < ramp_share {
             (2.0 * least * most * p).sqrt()
         } else if p > 1.0 - ramp_share {
             1.0 + width - (2.0 * least * most * (1.0 - p)).sqrt()
         } else {
             p * most + 0.5 * least
         };
-        let (from, to) = ((place - 1.0) / width, place / width);
-        (place, [if from > 0.0 { from } else { 0.0 }, if to < 1.0 { to } else { 1.0 }])
+        let (from, to) = ((sum - 1.0) / width, sum / width);
+        (sum, [if from > 0.0 { from } else { 0.0 }, if to < 1.0 { to } else { 1.0 }])
     }
 
-    /// Place (x, y) in the pixel and instant t, each in 0..1, of a point of the unit cube.
+    /// Position (x, y) in the pixel and instant t, each in 0..1, of a point of the unit cube.
     fn sheared([p, q, w]: [f32; 3], velocity_px: [f32; 2]) -> [f32; 3] {
         // A pixel that goes left is one that goes right in a mirror.
         let [x_turned, y_turned] = velocity_px.map(|velocity| velocity < 0.0);
@@ -138,7 +138,7 @@ mod tests {
         [[0.0, 0.0], [0.3, 0.0], [0.0, -0.7], [1.0, 1.0], [-3.0, 0.5], [11.0, -0.2], [-6.0, -9.0]];
 
     #[test]
-    fn places_and_instants_stay_even_whatever_the_motion() {
+    fn positions_and_instants_stay_even_whatever_the_motion() {
         const CELLS: usize = 6;
         const COUNT: u64 = 40_000;
         let mut tried = 0;
@@ -147,9 +147,9 @@ mod tests {
             for number in 0..COUNT {
                 let bits = |axis: u64| DrawKey::root(5).with(number).with(axis).0 >> 40;
                 let point = [0, 1, 2].map(|axis| f32_nearest(f64_from_u64(bits(axis)) / 16_777_216.0));
-                let place = sheared(point, velocity);
-                assert!(place.iter().all(|share| (0.0..1.0).contains(share)), "{point:?} {velocity:?}: {place:?}");
-                let cell = place.map(|share| index(u32_truncated_f32(share * 6.0)));
+                let sample = sheared(point, velocity);
+                assert!(sample.iter().all(|share| (0.0..1.0).contains(share)), "{point:?} {velocity:?}: {sample:?}");
+                let cell = sample.map(|share| index(u32_truncated_f32(share * 6.0)));
                 counts[(cell[0] * CELLS + cell[1]) * CELLS + cell[2]] += 1;
             }
             let expected = f64_from_usize(usize::try_from(COUNT).unwrap()) / f64_from_usize(counts.len());
@@ -192,8 +192,8 @@ mod tests {
         for step in 0..STEPS {
             let mut point = [0.3, 0.3, 0.6];
             point[axis] = (f32_from_u32(step) + 0.5) / f32_from_u32(STEPS);
-            let ShearedSamples { place, inwards } = sheared_lanes(point.map(Floats::splat), velocity_px, count);
-            let [at, t] = [place[axis], place[2]].map(|lanes| lanes.0[0]);
+            let ShearedSamples { coordinates, inwards } = sheared_lanes(point.map(Floats::splat), velocity_px, count);
+            let [at, t] = [coordinates[axis], coordinates[2]].map(|lanes| lanes.0[0]);
             let met = at + velocity_px[axis] * t + inwards[axis].0[0];
             let difference = f64::from(met - 0.5 * (1.0 + velocity_px[axis]));
             sum += difference;
@@ -232,10 +232,10 @@ mod tests {
                 let key = |axis: u64, lane: usize| DrawKey::root(6).with(number).with(axis).with(u64_from(lane)).0;
                 let share = |axis: u64, lane: usize| f32_from_u32(low_u32(key(axis, lane)) >> 8) / 16_777_216.0;
                 let point = [0, 1, 2].map(|axis| Floats(std::array::from_fn(|lane| share(axis, lane))));
-                let places = sheared_lanes(point, velocity_px, 16).place;
+                let samples = sheared_lanes(point, velocity_px, 16).coordinates;
                 for lane in 0..LANES {
-                    let place = sheared(point.map(|axis| axis.0[lane]), velocity_px);
-                    assert_eq!(places.map(|axis| axis.0[lane].to_bits()), place.map(f32::to_bits), "{velocity_px:?}");
+                    let sample = sheared(point.map(|axis| axis.0[lane]), velocity_px);
+                    assert_eq!(samples.map(|axis| axis.0[lane].to_bits()), sample.map(f32::to_bits), "{velocity_px:?}");
                     tried += 1;
                 }
             }

@@ -133,7 +133,7 @@ impl Rows<'_> {
         let mut nearest = [Nearest::NONE; LANES];
         let half = Floats::splat(0.5);
         for number in 0..self.count {
-            let SamplePoint { place: [x, y, t], shared } = sobol::place(number, seeds);
+            let SamplePoint { coordinates: [x, y, t], shared } = sobol::sample_point(number, seeds);
             let [x, y, mut t] = [Floats(x), Floats(y), Floats(t)];
             let (mut stratum, mut piece) = (sobol::stratum(shared, self.strata_log2), 0);
             if subframes > 0 {
@@ -147,7 +147,7 @@ impl Rows<'_> {
             }
             let aim = Aim {
                 pixels,
-                place: [x, y, t],
+                coordinates: [x, y, t],
                 motion: PacketMotion::ByLane(&timeline.pieces[piece]),
                 share: t * Floats::splat(pieces) - Floats::splat(f32_from_u32(u32_from(piece))),
                 pieces: if timeline.is_still { 0.0 } else { pieces },

@@ -97,8 +97,8 @@ pub fn lane3(vectors: &Vectors, lane: usize) -> [f32; 3] {
 #[derive(Clone, Copy)]
 pub struct Aim<'a> {
     pub pixels: &'a PacketPixels,
-    /// Place in the pixel from its left and from its upper edge, and in the exposure, each 0..1.
-    pub place: [Floats; 3],
+    /// Position in the pixel from its left and from its upper edge, and in the exposure, each 0..1.
+    pub coordinates: [Floats; 3],
     /// The camera's motion over the lanes' pieces of time.
     pub motion: PacketMotion<'a>,
     /// Share of that piece that is over.

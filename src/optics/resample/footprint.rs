@@ -7,7 +7,7 @@ use crate::scene::images::Picture;
 use crate::scene::light::BANDS;
 use crate::units::Size;
 
-/// Area of a polygon, whichever way round it runs (Gauss's formula, from the first corner so that far places cost no digits).
+/// Area of a polygon, whichever way round it runs (Gauss's formula, from the first corner so that far corners cost no digits).
 pub(super) fn area(polygon: &[DVec2]) -> f64 {
     let Some(&origin) = polygon.first() else { return 0.0 };
     let twice: f64 = polygon.windows(2).map(|pair| (pair[0] - origin).perp_dot(pair[1] - origin)).sum();
@@ -22,12 +22,12 @@ pub(super) fn clipped(polygon: &[DVec2], size: Size) -> Vec<DVec2> {
     if polygon.iter().all(is_inside) {
         return polygon;
     }
-    // Places along an inner normal: at least 0 inside.
+    // Coordinates along an inner normal: at least 0 inside.
     let sides: [&dyn Fn(DVec2) -> f64; 4] = [&|at| at.x, &|at| width - at.x, &|at| at.y, &|at| height - at.y];
     for depth in sides {
         let mut kept = Vec::with_capacity(polygon.len() + 1);
-        for (place, &to) in polygon.iter().enumerate() {
-            let from = polygon[(place + polygon.len() - 1) % polygon.len()];
+        for (number, &to) in polygon.iter().enumerate() {
+            let from = polygon[(number + polygon.len() - 1) % polygon.len()];
             let (before, after) = (depth(from), depth(to));
             if (before < 0.0) != (after < 0.0) {
                 kept.push(from + (to - from) * (before / (before - after)));
@@ -90,8 +90,8 @@ impl Coverage {
         self.areas.clear();
         self.areas.resize(rows * (self.columns + 2), 0.0);
         let corner = DVec2::new(f64_from_usize(self.first[0]), f64_from_usize(self.first[1]));
-        for (place, &to) in polygon.iter().enumerate() {
-            let from = polygon[(place + polygon.len() - 1) % polygon.len()];
+        for (number, &to) in polygon.iter().enumerate() {
+            let from = polygon[(number + polygon.len() - 1) % polygon.len()];
             self.edge(from - corner, to - corner);
         }
         self.total = 0.0;
@@ -126,7 +126,7 @@ impl Coverage {
         }
     }
 
-    /// A piece of an edge within a row: its signed height, and the places between which it runs.
+    /// A piece of an edge within a row: its signed height, and the columns between which it runs.
     fn piece(&mut self, row: usize, height: f64, [left, right]: [f64; 2]) {
         let cells = &mut self.areas[row * (self.columns + 2)..][..self.columns + 2];
         let last_cell = self.columns;

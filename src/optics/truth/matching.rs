@@ -24,18 +24,18 @@ pub enum Visibility {
     Visible = 1,
     /// Another surface is in front of it.
     Occluded = 2,
-    /// It lies outside the other picture, or where its lens has no place for it.
+    /// It lies outside the other picture, or where its lens has no position for it.
     Outside = 3,
     /// It moves over the other picture's rows as fast as they are exposed, so no single row gives its time.
     Unsettled = 4,
 }
 
-/// Places of one view's points in another.
+/// Positions of one view's points in another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Matches {
-    /// Column there less column here in pixels; NaN where the other lens has no place.
+    /// Column there less column here in pixels; NaN where the other lens has no position for the point.
     pub dx_px: Plane<f32>,
-    /// Row there less row here in pixels; NaN where the other lens has no place.
+    /// Row there less row here in pixels; NaN where the other lens has no position for the point.
     pub dy_px: Plane<f32>,
     /// Whether the point is seen.
     pub seen: Plane<Visibility>,
@@ -125,7 +125,7 @@ impl Search<'_, '_> {
             let position_px = self.view.camera.lens.project(in_world.in_camera(&self.view.pose_between(y_px)));
             let Some(position_px) = position_px else { return Err(Visibility::Outside) };
             let before_px = std::mem::replace(&mut y_px, position_px.y);
-            // Beyond the picture all places have the edge row's time.
+            // Beyond the picture all positions have the edge row's time.
             if (y_px - before_px).abs() < SETTLED_PX || self.view.time_s(y_px) == self.view.time_s(before_px) {
                 return Ok(y_px);
             }

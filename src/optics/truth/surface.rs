@@ -67,7 +67,7 @@ pub(super) fn shapes_at<'a>(scene: &Shapes<'a>, t_s: f64) -> impl Iterator<Item 
     std::iter::once((scene.fixed, Pose::IDENTITY)).chain(objects)
 }
 
-/// Puts what is nearer of a shape in the place of what was found before.
+/// Puts what is nearer of a shape in place of what was found before.
 fn add_surfaces(shape: &Scene, object: u32, pose: &Pose, bearings: &[Option<DVec3>], found: &mut [NearestSurface]) {
     let mut stack = Stack::new();
     for (group, found) in bearings.chunks(LANES).zip(found.chunks_mut(LANES)) {
@@ -178,14 +178,14 @@ impl Surfaces {
         let direction = pose.direction(view.bearing(column, row)?);
         let range_m = self.range_m.at(column, row);
         if !range_m.is_finite() {
-            return Some(Point { place: direction, weight: 0.0, triangle: MISS, object: 0 });
+            return Some(Point { coordinates: direction, weight: 0.0, triangle: MISS, object: 0 });
         }
         let (position_m, object) = (pose.translation_m + direction * range_m, self.object.at(column, row));
-        let place = match scene.object(object) {
+        let coordinates = match scene.object(object) {
             None => position_m,
             Some(object) => object.world_from_object(view.row_time_s(row)).inverse().point(position_m),
         };
-        Some(Point { place, weight: 1.0, triangle: self.triangle.at(column, row), object })
+        Some(Point { coordinates, weight: 1.0, triangle: self.triangle.at(column, row), object })
     }
 
     /// A value of every pixel that meets something.
@@ -208,7 +208,7 @@ impl Surfaces {
 /// A point of a surface in the frame of its object (the world, for the fixed scene), or (weight 0) a direction to what is infinitely far.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Point {
-    place: DVec3,
+    coordinates: DVec3,
     weight: f64,
     pub(super) triangle: u32,
     pub(super) object: u32,
@@ -217,8 +217,8 @@ pub(super) struct Point {
 impl Point {
     /// The point as it is in the world at a time.
     pub(super) fn at(&self, scene: &Shapes<'_>, t_s: f64) -> WorldPoint {
-        let moved = scene.object(self.object).map(|object| object.world_from_object(t_s).point(self.place));
-        WorldPoint { place: moved.unwrap_or(self.place), weight: self.weight }
+        let moved = scene.object(self.object).map(|object| object.world_from_object(t_s).point(self.coordinates));
+        WorldPoint { coordinates: moved.unwrap_or(self.coordinates), weight: self.weight }
     }
 
     /// Whether it is infinitely far.
@@ -230,7 +230,7 @@ impl Point {
 /// A point of a surface in the world at some time, or (weight 0) a direction to what is infinitely far.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WorldPoint {
-    place: DVec3,
+    coordinates: DVec3,
     weight: f64,
 }
 
@@ -242,11 +242,11 @@ impl WorldPoint {
 
     /// From the camera to the point, in the world; of unit length where the point is infinitely far.
     pub(super) fn toward(&self, world_from_camera: &Pose) -> DVec3 {
-        self.place - world_from_camera.translation_m * self.weight
+        self.coordinates - world_from_camera.translation_m * self.weight
     }
 }
 
-/// Whether a place lies on a picture: pixels reach half a pixel around their centres.
+/// Whether a position lies in a picture: pixels reach half a pixel around their centres.
 pub(super) fn is_inside(size: Size, position_px: glam::DVec2) -> bool {
     let [width, height] = [size.width_px, size.height_px].map(|edge| f64_from_usize(index(edge)));
     (-0.5..width - 0.5).contains(&position_px.x) && (-0.5..height - 0.5).contains(&position_px.y)

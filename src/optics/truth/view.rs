@@ -49,7 +49,7 @@ impl<'a> TruthView<'a> {
         self.row_times_s.windows(2).all(|pair| pair[0] == pair[1])
     }
 
-    /// The rows above and below a place, and the share of the way between them. Places beyond the picture count as its edge.
+    /// The rows above and below a position, and the share of the way between them. Positions beyond the picture count as its edge.
     fn rows_around(&self, y_px: f64) -> (usize, usize, f64) {
         let last = self.row_times_s.len() - 1;
         let y_px = y_px.clamp(0.0, f64_from_usize(last));
@@ -57,7 +57,7 @@ impl<'a> TruthView<'a> {
         (above, (above + 1).min(last), y_px - f64_from_usize(above))
     }
 
-    /// Time at which a place between rows is seen: linear between its rows, and the edge row's beyond the picture.
+    /// Time at which a position between rows is seen: linear between its rows, and the edge row's beyond the picture.
     pub fn time_s(&self, y_px: f64) -> f64 {
         let (above, below, share) = self.rows_around(y_px);
         self.row_times_s[above] + share * (self.row_times_s[below] - self.row_times_s[above])

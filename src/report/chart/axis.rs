@@ -39,32 +39,32 @@ impl ValueFormatter<f64> for Axis {
     }
 }
 
-/// Places of ticks: some five round numbers, or on a logarithmic axis powers of ten, with 2 and 5 between them where few fit.
+/// Positions of ticks: some five round numbers, or on a logarithmic axis powers of ten, with 2 and 5 between them where few fit.
 fn ticks(span: AxisSpan, is_log: bool) -> Vec<f64> {
     if is_log {
         let factors: &[f64] = if span.1 - span.0 > 2.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
         let decades = i32_truncated(libm::floor(span.0))..=i32_truncated(libm::ceil(span.1));
-        let places =
+        let positions =
             decades.flat_map(|power| factors.iter().map(move |factor| f64::from(power) + libm::log10(*factor)));
-        return places.filter(|place| (span.0..=span.1).contains(place)).collect();
+        return positions.filter(|position| (span.0..=span.1).contains(position)).collect();
     }
     let rough = (span.1 - span.0) / 5.0;
     let power = libm::pow(10.0, libm::floor(libm::log10(rough)));
     let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|factor| factor * power).find(|step| *step >= rough);
     let step = step.expect("ten times a power of ten exceeds what lies above that power");
     let first = libm::ceil(span.0 / step);
-    (0..=10).map(|index| (first + f64::from(index)) * step).filter(|place| *place <= span.1).collect()
+    (0..=10).map(|index| (first + f64::from(index)) * step).filter(|position| *position <= span.1).collect()
 }
 
 /// A tick's number, with as many decimals as its axis' steps need.
-fn label(place: f64, is_log: bool, span: AxisSpan) -> String {
+fn label(position: f64, is_log: bool, span: AxisSpan) -> String {
     if !is_log {
         let step = (span.1 - span.0) / 5.0;
-        let places = usize::try_from(i32_truncated(libm::ceil(-libm::log10(step))).clamp(0, 9)).unwrap_or(0);
-        let place = if place.abs() < 1e-3 * step { 0.0 } else { place };
-        return format!("{place:.places$}");
+        let decimals = usize::try_from(i32_truncated(libm::ceil(-libm::log10(step))).clamp(0, 9)).unwrap_or(0);
+        let position = if position.abs() < 1e-3 * step { 0.0 } else { position };
+        return format!("{position:.decimals$}");
     }
-    let number = libm::pow(10.0, place);
+    let number = libm::pow(10.0, position);
     match number {
         small if small < 0.0095 => format!("{small:.0e}"),
         low if low < 9.5 => format!("{}", (low * 100.0).round_ties_even() / 100.0),
@@ -81,7 +81,7 @@ mod tests {
     fn ticks_are_round_and_inside() {
         assert_eq!(ticks((-0.3, 9.7), false), [0.0, 2.0, 4.0, 6.0, 8.0]);
         let labels =
-            |span| -> Vec<String> { ticks(span, true).iter().map(|&place| label(place, true, span)).collect() };
+            |span| -> Vec<String> { ticks(span, true).iter().map(|&position| label(position, true, span)).collect() };
         assert_eq!(labels((0.9, 2.1)), ["10", "20", "50", "100"]);
         assert_eq!(labels((-3.2, 1.0)), ["1e-3", "0.01", "0.1", "1", "10"]);
     }

@@ -31,7 +31,7 @@ impl std::fmt::Display for KeyDifference {
 pub fn differences(a: &toml::Table, b: &toml::Table) -> Vec<KeyDifference> {
     let (a, b) = (leaves(a), leaves(b));
     let of = |list: &[(String, String)], key: &str| {
-        list.binary_search_by(|(known, _)| known.as_str().cmp(key)).ok().map(|place| list[place].1.clone())
+        list.binary_search_by(|(known, _)| known.as_str().cmp(key)).ok().map(|at| list[at].1.clone())
     };
     let mut keys: Vec<&String> = a.iter().chain(&b).map(|(key, _)| key).collect();
     keys.sort();

@@ -191,8 +191,8 @@ pub fn differences(a: &FinishedRun, b: &FinishedRun, pairs: &[(usize, usize)]) -
     let count = |run: &FinishedRun| if is_paired { pairs.len() } else { run.truth.len() };
     let values = [RunValues::of(a, count(a)).all(), RunValues::of(b, count(b)).all()];
     assert!(values.iter().all(|all| all.len() == KINDS.len()), "every figure has its values");
-    let figure = |(place, kind): (usize, &Kind)| {
-        let [of_a, of_b] = [&values[0][place], &values[1][place]];
+    let figure = |(at, kind): (usize, &Kind)| {
+        let [of_a, of_b] = [&values[0][at], &values[1][at]];
         (!is_empty(of_a) || !is_empty(of_b)).then(|| difference(kind, of_a, of_b, is_paired))
     };
     KINDS.iter().enumerate().filter_map(figure).collect()

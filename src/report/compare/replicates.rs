@@ -42,8 +42,8 @@ pub(super) fn check(a: &[FinishedRun], b: &[FinishedRun]) -> Result<(), Error> {
         return Err(Error::key("--against", given, reason));
     }
     for runs in [a, b] {
-        for (place, run) in runs.iter().enumerate().skip(1) {
-            runs[..place].iter().try_for_each(|earlier| check_replicate(earlier, run))?;
+        for (at, run) in runs.iter().enumerate().skip(1) {
+            runs[..at].iter().try_for_each(|earlier| check_replicate(earlier, run))?;
         }
     }
     a.iter().zip(b).try_for_each(|(a, b)| check_same_scene(a, b))

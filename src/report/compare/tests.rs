@@ -14,20 +14,20 @@ const FPS: f64 = 30.0;
 
 /// A run along a curve whose estimate is off by independent errors of the given metres per axis.
 fn run(folder: &str, frames: usize, sigma_m: f64, shared_noise: f64, number: u64) -> FinishedRun {
-    let key = |place: usize, of: u64| DrawKey::root(of).with(u64_from(place));
+    let key = |frame: usize, of: u64| DrawKey::root(of).with(u64_from(frame));
     // Uniform in -1..1, times the root of three: unit variance.
-    let noise = |place: usize, axis: u64| {
-        let unit = |of| 3.0_f64.sqrt() * (2.0 * key(place, of).with(axis).uniform() - 1.0);
+    let noise = |frame: usize, axis: u64| {
+        let unit = |of| 3.0_f64.sqrt() * (2.0 * key(frame, of).with(axis).uniform() - 1.0);
         shared_noise * unit(1) + (1.0 - shared_noise * shared_noise).sqrt() * unit(number)
     };
-    let truth = |place: usize| {
-        let t_s = f64_from_usize(place) / FPS;
+    let truth = |frame: usize| {
+        let t_s = f64_from_usize(frame) / FPS;
         let at_m = DVec3::new(libm::cos(t_s), libm::sin(1.3 * t_s), 0.5 * libm::sin(t_s));
         TimedPose { t_s, world_from_body: Pose::new(DQuat::from_rotation_y(0.3 * t_s), at_m) }
     };
-    let estimate = |place: usize| {
-        let mut pose = truth(place);
-        let error = DVec3::new(noise(place, 0), noise(place, 1), noise(place, 2));
+    let estimate = |frame: usize| {
+        let mut pose = truth(frame);
+        let error = DVec3::new(noise(frame, 0), noise(frame, 1), noise(frame, 2));
         pose.world_from_body.translation_m += sigma_m * error;
         pose
     };
@@ -38,8 +38,8 @@ fn run(folder: &str, frames: usize, sigma_m: f64, shared_noise: f64, number: u64
     report.energy.power_mw = 3.0;
     report.energy.total_pj_per_frame = 1e8;
     report.frames = (0..frames)
-        .map(|place| FrameRecord {
-            t_s: truth(place).t_s,
+        .map(|frame| FrameRecord {
+            t_s: truth(frame).t_s,
             tracked: 100,
             found: 400,
             link_bits: Some(1e6),

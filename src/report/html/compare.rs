@@ -47,9 +47,9 @@ pub fn compare_html(comparison: &Comparison, runs: &[FinishedRun], frames: &[Com
 }
 
 /// A, B, C, ...
-pub fn letter(place: usize) -> String {
+pub fn letter(at: usize) -> String {
     let letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZ";
-    letters.chars().nth(place).map_or_else(|| format!("run {}", place + 1), String::from)
+    letters.chars().nth(at).map_or_else(|| format!("run {}", at + 1), String::from)
 }
 
 fn header(comparison: &Comparison, names: &[String]) -> String {
@@ -196,8 +196,8 @@ fn forest(figure: &FigureDifference) -> String {
     if a == 0.0 {
         return String::new();
     }
-    let place = |value: f64| 80.0 + 76.0 * greater(-1.0, lesser(1.0, value / a.abs()));
-    let (from, to) = (place(low), place(high));
+    let x_of = |value: f64| 80.0 + 76.0 * greater(-1.0, lesser(1.0, value / a.abs()));
+    let (from, to) = (x_of(low), x_of(high));
     let class = match figure.verdict {
         Verdict::Better => "good",
         Verdict::Worse => "bad",
@@ -207,7 +207,7 @@ fn forest(figure: &FigureDifference) -> String {
         "<svg class=\"forest {class}\" viewBox=\"0 0 160 16\" aria-hidden=\"true\"><path class=\"zero\" d=\"M80 0V16\"/>\
          <path class=\"span\" d=\"M{from:.1} 8H{:.1}\"/><circle cx=\"{:.1}\" cy=\"8\" r=\"3.5\"/></svg>",
         greater(to, from + 0.5),
-        place(difference)
+        x_of(difference)
     )
 }
 
@@ -221,15 +221,14 @@ fn wiper(frames: &[ComparedFrame], names: &[String]) -> String {
     };
     let sources = format!("[{}]", frames.iter().map(source).collect::<String>());
     let options = |chosen: usize| {
-        let option = |(place, name): (usize, &String)| {
-            let selected = if place == chosen { " selected" } else { "" };
-            format!("<option value=\"{place}\"{selected}>{name}</option>")
+        let option = |(at, name): (usize, &String)| {
+            let selected = if at == chosen { " selected" } else { "" };
+            format!("<option value=\"{at}\"{selected}>{name}</option>")
         };
         names.iter().enumerate().map(option).collect::<String>()
     };
-    let caption = |(place, frame): (usize, &ComparedFrame)| {
-        format!("<option value=\"{place}\">{}</option>", escaped(&frame.caption))
-    };
+    let caption =
+        |(at, frame): (usize, &ComparedFrame)| format!("<option value=\"{at}\">{}</option>", escaped(&frame.caption));
     let captions: String = frames.iter().enumerate().map(caption).collect();
     let (width, height) = (first.pictures[0].width_px(), first.pictures[0].height_px());
     let content = format!(
@@ -259,11 +258,11 @@ fn curves(runs: &[FinishedRun], names: &[String]) -> String {
         .collect();
     let series = |values: &dyn Fn(usize, usize, &FrameRecord) -> Option<f64>| -> Vec<Series<'_>> {
         (0..shown)
-            .map(|place| {
-                let frames = runs[place].report.frames.iter().enumerate();
-                let points = frames.map(|(k, frame)| (frame.t_s, values(place, k, frame)));
-                let width_px = if place == 0 { 3 } else { 2 };
-                Series::line(&names[place], INKS[place], width_px, runs_of(points))
+            .map(|at| {
+                let frames = runs[at].report.frames.iter().enumerate();
+                let points = frames.map(|(k, frame)| (frame.t_s, values(at, k, frame)));
+                let width_px = if at == 0 { 3 } else { 2 };
+                Series::line(&names[at], INKS[at], width_px, runs_of(points))
             })
             .collect()
     };

@@ -33,11 +33,11 @@ fn sample(colour: &str, path: &str) -> String {
 
 fn figure(picture: &FramePicture) -> String {
     let (width, height) = (picture.values.width_px(), picture.values.height_px());
-    let places = |tracked: bool| {
+    let positions = |tracked: bool| {
         let marks = picture.marks.iter().filter(move |mark| mark.tracked == tracked);
         marks.map(|mark: &Mark| (mark.x_px + 0.5, mark.y_px + 0.5))
     };
-    let (used, found) = (places(true).count(), picture.marks.len());
+    let (used, found) = (positions(true).count(), picture.marks.len());
     let caption = escaped(&picture.caption);
     format!(
         "<figure><svg viewBox=\"0 0 {width} {height}\" role=\"img\">\
@@ -45,8 +45,8 @@ fn figure(picture: &FramePicture) -> String {
          <image width=\"{width}\" height=\"{height}\" href=\"data:image/png;base64,{}\"/>{}{}</svg>\
          <figcaption>{caption}. {found} features, {used} tracked.</figcaption></figure>",
         STANDARD.encode(png(&picture.values)),
-        haloed(&ticks(places(false)), UNTRACKED),
-        haloed(&rings(places(true)), TRACKED),
+        haloed(&ticks(positions(false)), UNTRACKED),
+        haloed(&rings(positions(true)), TRACKED),
     )
 }
 
@@ -62,13 +62,13 @@ fn haloed(path: &str, colour: &str) -> String {
 }
 
 /// Circles of radius 6 px.
-fn rings(places: impl Iterator<Item = (f64, f64)>) -> String {
-    places.map(|(x, y)| format!("M{:.1} {y:.1}a6 6 0 1 0 12 0a6 6 0 1 0-12 0", x - 6.0)).collect()
+fn rings(positions: impl Iterator<Item = (f64, f64)>) -> String {
+    positions.map(|(x, y)| format!("M{:.1} {y:.1}a6 6 0 1 0 12 0a6 6 0 1 0-12 0", x - 6.0)).collect()
 }
 
 /// Crosses of 8 px.
-fn ticks(places: impl Iterator<Item = (f64, f64)>) -> String {
-    places.map(|(x, y)| format!("M{:.1} {:.1}l8 8m0-8l-8 8", x - 4.0, y - 4.0)).collect()
+fn ticks(positions: impl Iterator<Item = (f64, f64)>) -> String {
+    positions.map(|(x, y)| format!("M{:.1} {:.1}l8 8m0-8l-8 8", x - 4.0, y - 4.0)).collect()
 }
 
 pub(super) fn png(values: &Plane<u8>) -> Vec<u8> {

@@ -40,14 +40,14 @@ fn picker(record: &LadderRecord) -> String {
         return String::new();
     }
     let (mut buttons, mut answers, mut rules) = (String::new(), String::new(), String::new());
-    for (place, (error, row)) in choices.iter().enumerate() {
-        let checked = if place == 0 { " checked" } else { "" };
+    for (at, (error, row)) in choices.iter().enumerate() {
+        let checked = if at == 0 { " checked" } else { "" };
         buttons.push_str(&format!(
-            "<input type=\"radio\" name=\"ladder\" id=\"ladder{place}\"{checked}><label for=\"ladder{place}\">{}</label> ",
+            "<input type=\"radio\" name=\"ladder\" id=\"ladder{at}\"{checked}><label for=\"ladder{at}\">{}</label> ",
             digits(*error)
         ));
-        answers.push_str(&answer(place, row));
-        rules.push_str(&format!("#ladder{place}:checked~.picked .answer{place}{{display:block}}"));
+        answers.push_str(&answer(at, row));
+        rules.push_str(&format!("#ladder{at}:checked~.picked .answer{at}{{display:block}}"));
     }
     format!(
         "<style>.picked>div{{display:none}}{rules}</style><fieldset><legend>Error at most, in units of photon noise</legend>{buttons}\
@@ -55,10 +55,10 @@ fn picker(record: &LadderRecord) -> String {
     )
 }
 
-fn answer(place: usize, row: &LadderRow) -> String {
+fn answer(at: usize, row: &LadderRow) -> String {
     let reached = row.photon_noise_ratio.map_or("finer than can be judged".to_owned(), digits);
     format!(
-        "<div class=\"answer{place}\"><p class=\"number\">{} <small>a frame</small></p><p>{}: error {reached}, {} of the \
+        "<div class=\"answer{at}\"><p class=\"number\">{} <small>a frame</small></p><p>{}: error {reached}, {} of the \
          reference\u{2019}s time.</p><pre tabindex=\"0\">{}</pre></div>",
         si(row.ms_per_frame * 1e-3, "s"),
         escaped(&row.value),

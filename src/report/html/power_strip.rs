@@ -34,8 +34,8 @@ pub(super) fn strip(line: &LinePower) -> String {
     let mean_y = y(line.frame_mean_mw);
     let names = line.spans.first().map_or_else(Vec::new, |span| span.blocks_mw.iter().map(|(name, _)| name).collect());
     let mut legend = String::new();
-    for (place, (name, colour)) in names.into_iter().zip(COLOURS).enumerate() {
-        let left = 130.0 * f64_from_usize(place);
+    for (at, (name, colour)) in names.into_iter().zip(COLOURS).enumerate() {
+        let left = 130.0 * f64_from_usize(at);
         legend += &format!(
             "<rect x=\"{left}\" y=\"{}\" width=\"12\" height=\"12\" fill=\"{colour}\"/><text x=\"{}\" y=\"{}\" font-size=\"14\" \
              fill=\"currentColor\">{}</text>",

@@ -80,17 +80,17 @@ fn two_digits(value: f64) -> f64 {
     if value == 0.0 {
         return 0.0;
     }
-    let place = libm::pow(10.0, libm::floor(libm::log10(value.abs())) - 1.0);
-    (value / place).round_ties_even() * place
+    let unit = libm::pow(10.0, libm::floor(libm::log10(value.abs())) - 1.0);
+    (value / unit).round_ties_even() * unit
 }
 
 /// A whole number with thin spaces between groups of three digits.
 pub(super) fn grouped(value: f64) -> String {
     let plain = format!("{:.0}", value.abs());
     let mut text = String::from(if value < 0.0 { "\u{2212}" } else { "" });
-    for (place, digit) in plain.chars().enumerate() {
+    for (at, digit) in plain.chars().enumerate() {
         // Four digits read well as they are.
-        if place > 0 && plain.len() > 4 && (plain.len() - place) % 3 == 0 {
+        if at > 0 && plain.len() > 4 && (plain.len() - at) % 3 == 0 {
             text.push('\u{202f}');
         }
         text.push(digit);

@@ -4,7 +4,7 @@
   const plot = (figure) => {
     const { x, y, series } = JSON.parse(figure.querySelector("script").textContent);
     const data = uPlot.join(series.map((one) => {
-      const points = one.runs.flatMap((run, place) => (place > 0 ? [[0.5 * (one.runs[place - 1].at(-1)[0] + run[0][0]), null], ...run] : run));
+      const points = one.runs.flatMap((run, index) => (index > 0 ? [[0.5 * (one.runs[index - 1].at(-1)[0] + run[0][0]), null], ...run] : run));
       return [points.map((point) => point[0]), points.map((point) => point[1])];
     }));
     const axis = (label) => ({ label, stroke: colour("--soft"), grid: { stroke: colour("--grid"), width: 1 }, ticks: { stroke: colour("--rule"), width: 1 } });
@@ -12,10 +12,10 @@
     const width = figure.clientWidth;
     const options = { width, height: Math.round(Math.max(240, 0.6 * width)), scales: { x: { time: false } }, axes: [axis(x), axis(y)],
       series: [{ label: x }, ...inks] };
-    const place = document.createElement("div");
-    place.className = "zoomed";
-    figure.append(place);
-    new uPlot(options, data, place);
+    const chart = document.createElement("div");
+    chart.className = "zoomed";
+    figure.append(chart);
+    new uPlot(options, data, chart);
     figure.classList.add("is-zoomed");
   };
   for (const figure of document.querySelectorAll("figure.chart[data-zooms]")) {

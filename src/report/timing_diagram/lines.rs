@@ -11,7 +11,7 @@ const GAP_PX: f64 = 8.0;
 const LETTER_PX: f64 = 6.4;
 const CALLOUT_PX: f64 = 20.0;
 
-/// From time to place.
+/// From time to position.
 pub(super) struct TimeScale {
     pub left_px: f64,
     pub right_px: f64,
@@ -45,8 +45,8 @@ fn class(name: &str) -> &'static str {
 pub(super) fn lane(body: &mut String, scale: &TimeScale, spans: &[&Phase], full_us: f64, y_px: f64) -> f64 {
     let (left, width) = (scale.left_px, scale.right_px - scale.left_px);
     let bed = |body: &mut String, class: &str, x_px: f64, width_px: f64| {
-        let place = format!("x=\"{x_px:.1}\" y=\"{y_px:.1}\" width=\"{width_px:.1}\" height=\"{LANE_PX}\"");
-        *body += &format!("<rect {place} rx=\"3\" class=\"{class}\"/>\n");
+        let rectangle = format!("x=\"{x_px:.1}\" y=\"{y_px:.1}\" width=\"{width_px:.1}\" height=\"{LANE_PX}\"");
+        *body += &format!("<rect {rectangle} rx=\"3\" class=\"{class}\"/>\n");
     };
     bed(body, "bed", left, width);
     let busy_us = spans.iter().fold(0.0, |end_us, span| greater(end_us, span.end_us));
@@ -118,8 +118,8 @@ pub(super) fn axis(body: &mut String, scale: &TimeScale, y_px: f64) -> f64 {
     let (unit_us, unit) = scale.unit();
     let path = format!("M{:.1} {y_px:.1}H{:.1}", scale.left_px, scale.right_px);
     *body += &format!("<path d=\"{path}\" class=\"g\"/>\n");
-    let places = libm::ceil(-libm::log10(step / unit_us) - 1e-9);
-    let decimals = index(u32_truncated(greater(places, 0.0)));
+    let digits = libm::ceil(-libm::log10(step / unit_us) - 1e-9);
+    let decimals = index(u32_truncated(greater(digits, 0.0)));
     // A thousandth of a step more, so that rounding does not drop a tick at the end.
     let ticks = u64_truncated((scale.end_us - scale.start_us) / step + 1e-3);
     for tick in 0..=ticks {

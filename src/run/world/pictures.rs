@@ -86,13 +86,13 @@ impl FolderContent {
         let folder = folder.trim_end_matches('/').to_owned();
         let beside = assets.list(&folder)?;
         let pictures_in = |inner: &str| -> Vec<String> {
-            let place = format!("{folder}/{inner}");
+            let path = format!("{folder}/{inner}");
             let names = if inner.is_empty() {
                 beside.clone()
             } else {
-                assets.list(place.trim_end_matches('/')).unwrap_or_default()
+                assets.list(path.trim_end_matches('/')).unwrap_or_default()
             };
-            names.into_iter().filter(|name| is_picture(name)).map(|name| format!("{place}{name}")).collect()
+            names.into_iter().filter(|name| is_picture(name)).map(|name| format!("{path}{name}")).collect()
         };
         let pictures = INNER.iter().map(|inner| pictures_in(inner)).find(|found| !found.is_empty());
         let pictures = pictures.ok_or_else(|| refused("holds no picture; use files that end in .png or .exr"))?;
@@ -200,8 +200,8 @@ fn listed_files(
         return Ok((pictures.to_vec(), listed.times_s));
     }
     let of_name = |name: &String| {
-        let places = INNER.map(|inner| format!("{folder}/{inner}{name}"));
-        let found = places.into_iter().find(|place| pictures.binary_search(place).is_ok());
+        let paths = INNER.map(|inner| format!("{folder}/{inner}{name}"));
+        let found = paths.into_iter().find(|path| pictures.binary_search(path).is_ok());
         found.ok_or_else(|| refused(format!("names {name}, which is no picture of the folder")))
     };
     let files: Result<Vec<String>, Error> = listed.names.iter().map(of_name).collect();
@@ -209,21 +209,21 @@ fn listed_files(
 }
 
 /// Depth by picture: the files that have the pictures' names, or as many files in the same order.
-fn depth_files_in(place: &str, files: &[String], assets: &dyn Assets) -> Result<Vec<String>, Error> {
-    let names: Vec<String> = assets.list(place)?.into_iter().filter(|name| is_picture(name)).collect();
+fn depth_files_in(path: &str, files: &[String], assets: &dyn Assets) -> Result<Vec<String>, Error> {
+    let names: Vec<String> = assets.list(path)?.into_iter().filter(|name| is_picture(name)).collect();
     let stem = |file: &str| file.rsplit('/').next().unwrap_or(file).rsplit_once('.').map(|(stem, _)| stem.to_owned());
     let named = |file: &String| names.iter().find(|name| stem(name) == stem(file));
     let by_name: Option<Vec<String>> =
-        files.iter().map(|file| named(file).map(|name| format!("{place}/{name}"))).collect();
+        files.iter().map(|file| named(file).map(|name| format!("{path}/{name}"))).collect();
     match by_name {
         Some(found) => Ok(found),
-        None if names.len() == files.len() => Ok(names.into_iter().map(|name| format!("{place}/{name}")).collect()),
+        None if names.len() == files.len() => Ok(names.into_iter().map(|name| format!("{path}/{name}")).collect()),
         None => {
             let (depths, pictures) = (names.len(), files.len());
             let reason = format!(
                 "has {depths} files for {pictures} pictures; use one for each, of the same name or in the same order"
             );
-            Err(Error::Content { file: place.to_owned(), reason })
+            Err(Error::Content { file: path.to_owned(), reason })
         }
     }
 }
@@ -237,8 +237,8 @@ fn source_camera(scenario: &Scenario, folder: &str, first: &str, assets: &dyn As
     }
     let above = folder.rsplit_once('/').map_or("K.txt".to_owned(), |(above, _)| format!("{above}/K.txt"));
     for file in [format!("{folder}/K.txt"), above] {
-        let place = file.rsplit_once('/').map_or("", |(place, _)| place);
-        if assets.list(place).is_ok_and(|names| names.iter().any(|name| name == "K.txt")) {
+        let parent = file.rsplit_once('/').map_or("", |(parent, _)| parent);
+        if assets.list(parent).is_ok_and(|names| names.iter().any(|name| name == "K.txt")) {
             let [fx_px, fy_px, cx_px, cy_px] = list::intrinsics_of_matrix(&file, &text(&file, assets)?)?;
             return Ok(PictureCamera { fx_px, fy_px, cx_px, cy_px, distortion: [0.0; 4] });
         }
@@ -277,7 +277,7 @@ fn camera_of_keys(keys: &ImagesCamera, size: &dyn Fn() -> Result<Size, Error>) -
     }
 }
 
-/// The files as they are read during the run: by the place that they come from, else held from the start.
+/// The files as they are read during the run: from their source where it can be read then, else held from the start.
 fn bytes_of(params: &StreamParams, assets: &dyn Assets) -> Result<Arc<dyn PictureBytes>, Error> {
     if let Some(reader) = assets.during_run() {
         return Ok(reader);
@@ -301,11 +301,11 @@ struct Held(Vec<(String, Vec<u8>)>);
 
 impl PictureBytes for Held {
     fn read(&self, name: &str) -> Result<Vec<u8>, Error> {
-        let place = self.0.binary_search_by(|(known, _)| known.as_str().cmp(name)).map_err(|_| Error::Content {
+        let at = self.0.binary_search_by(|(known, _)| known.as_str().cmp(name)).map_err(|_| Error::Content {
             file: name.to_owned(),
             reason: "was not read when the run began".to_owned(),
         })?;
-        Ok(self.0[place].1.clone())
+        Ok(self.0[at].1.clone())
     }
 }
 

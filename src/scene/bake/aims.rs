@@ -7,7 +7,7 @@ use super::super::lamps::LampPoint;
 use super::super::lanes::LANES;
 use super::super::light::BANDS;
 use super::super::vectors::{dot, sub};
-use super::fan::{ByGroup, GROUPS, Place, STEADY, fan};
+use super::fan::{ByGroup, GROUPS, Receiver, STEADY, fan};
 use super::settings::BakeSettings;
 use super::sources::{SOURCES_MAX, Source, SourceLight, sources};
 
@@ -98,7 +98,7 @@ impl AimedLight {
     pub const NONE: Self = Self { all: [[0.0; BANDS]; GROUPS], by_source: [SourceLight::NONE; SOURCES_MAX] };
 }
 
-/// A ray towards a source that is above the horizon of one side of a place.
+/// A ray towards a source that is above the horizon of one side of a receiver.
 #[derive(Clone, Copy, Debug)]
 pub struct Aimed {
     /// Just above the surface.
@@ -107,7 +107,7 @@ pub struct Aimed {
     pub direction: [f32; 3],
     /// Where the source begins, in lengths of the direction.
     pub t_max: f32,
-    /// Side of the place.
+    /// Side of the receiver.
     pub side: usize,
     /// Whether it flickers.
     pub group: usize,
@@ -117,16 +117,16 @@ pub struct Aimed {
     pub cone: f32,
 }
 
-/// The ray from a place, on the first or on both of its sides, towards the aim of a number; none where that is below the horizon.
+/// The ray from a receiver, on the first or on both of its sides, towards the aim of a number; none where that is below the horizon.
 #[inline]
-pub fn aimed(scene: &Scene, place: &Place, aims: &Aims, number: usize) -> Option<Aimed> {
-    let Place { at_m, normal, sides } = *place;
+pub fn aimed(scene: &Scene, receiver: &Receiver, aims: &Aims, number: usize) -> Option<Aimed> {
+    let Receiver { at_m, normal, sides } = *receiver;
     let side_of = |position_m: [f32; 3]| usize::from(dot(sub(position_m, at_m), normal) < 0.0);
     let [lamps, bulbs] = [aims.lamp_points.len(), aims.bulb_points.len()];
     if number < lamps {
         let point = &aims.lamp_points[number];
         let side = side_of(point.position_m);
-        let origin_m = place.lifted_m(side);
+        let origin_m = receiver.lifted_m(side);
         let direction = sub(point.position_m, origin_m);
         let strength = disc_form_factor(normal, direction, point.normal, point.area_m2);
         let sent = point.radiance.map(|band| std::f64::consts::PI * f64::from(band) * strength);
@@ -136,7 +136,7 @@ pub fn aimed(scene: &Scene, place: &Place, aims: &Aims, number: usize) -> Option
     } else if number < lamps + bulbs {
         let point = &aims.bulb_points[number - lamps];
         let side = side_of(point.position_m);
-        let origin_m = place.lifted_m(side);
+        let origin_m = receiver.lifted_m(side);
         let (strength, cone, enters) = point.toward(origin_m, normal).filter(|_| side < sides)?;
         let sent = point.intensity.map(|band| f64::from(band) * strength);
         let (direction, t_max) = (sub(point.position_m, origin_m), enters * AIM_SHARE);
@@ -146,7 +146,7 @@ pub fn aimed(scene: &Scene, place: &Place, aims: &Aims, number: usize) -> Option
         let cos = f64::from(dot(light.direction, normal));
         let side = usize::from(cos < 0.0);
         let sent = light.normal_irradiance.map(|band| f64::from(band) * cos.abs());
-        let (origin_m, direction) = (place.lifted_m(side), light.direction);
+        let (origin_m, direction) = (receiver.lifted_m(side), light.direction);
         let ray = Aimed { origin_m, direction, t_max: f32::MAX, side, group: STEADY, sent, cone: 1.0 };
         (side < sides).then_some(ray)
     }

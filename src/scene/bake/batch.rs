@@ -1,4 +1,4 @@
-//! Traces the rays of neighbouring places together, in order of direction: a packet whose rays go the same way traverses the tree once.
+//! Traces the rays of neighbouring receivers together, in order of direction: a packet whose rays go the same way traverses the tree once.
 //! What a ray meets depends on the ray alone, so the order changes no bit.
 
 use super::super::geometry::Scene;
@@ -98,9 +98,9 @@ mod tests {
             let [a, _] = pair(DrawKey::root(31).with(u64_from(ray)), u64_from(axis));
             f32_nearest(2.0 * a - 1.0)
         };
-        // Three places by 50 directions, some of them along an axis.
+        // Three origins by 50 directions, some of them along an axis.
         let origins_m: Vec<[f32; 3]> =
-            (0..3).map(|place| [number(place, 3), 1.5 + 0.5 * number(place, 4), number(place, 5)]).collect();
+            (0..3).map(|origin| [number(origin, 3), 1.5 + 0.5 * number(origin, 4), number(origin, 5)]).collect();
         let direction = |ray: usize| {
             let mut direction = [0, 1, 2].map(|axis| number(ray, axis));
             if ray.is_multiple_of(7) {

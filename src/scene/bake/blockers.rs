@@ -1,4 +1,4 @@
-//! Moving objects in the way of the rays of a place, where they are at one instant.
+//! Moving objects in the way of the rays of a receiver, where they are at one instant.
 
 use glam::DVec3;
 

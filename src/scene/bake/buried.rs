@@ -1,27 +1,29 @@
-//! Hidden samples: places inside closed geometry. Replaces the light of each such sample with that of a visible sample.
+//! Hidden samples: points inside closed geometry. Replaces the light of each such sample with that of a visible sample.
 //!
 //! Without this the floor is darker around everything that stands on it, as far as the next sample.
 
 use super::super::samples::{Layout, ShadeTriangle};
 use crate::num::{f32_from_u32, index, u32_from};
 
-/// Pairs of a buried place and its neighbour in the open. A place is twice a sample plus its side.
+/// Pairs of a buried sample side and its neighbour in the open, each as twice the sample plus the side.
 pub fn stand_ins(layout: &Layout, is_buried: impl Fn(usize) -> bool) -> Vec<(u32, u32)> {
     let mut found: Vec<Option<u32>> = vec![None; 2 * layout.samples.len()];
     for triangle in &layout.triangles {
         cells(triangle, |corners| {
             for side in 0..2 {
-                let places = corners.map(|sample| 2 * sample + side);
-                let Some(open) = places.into_iter().find(|&place| !is_buried(place)) else { continue };
-                for place in places.into_iter().filter(|&place| is_buried(place)) {
+                let sample_sides = corners.map(|sample| 2 * sample + side);
+                let Some(open) = sample_sides.into_iter().find(|&sample_side| !is_buried(sample_side)) else {
+                    continue;
+                };
+                for sample_side in sample_sides.into_iter().filter(|&sample_side| is_buried(sample_side)) {
                     // The first cell in the order of the triangles decides.
-                    found[place].get_or_insert(u32_from(open));
+                    found[sample_side].get_or_insert(u32_from(open));
                 }
             }
         });
     }
     let pairs = found.into_iter().enumerate();
-    pairs.filter_map(|(place, open)| Some((u32_from(place), open?))).collect()
+    pairs.filter_map(|(sample_side, open)| Some((u32_from(sample_side), open?))).collect()
 }
 
 /// The samples that points of a triangle are interpolated between, cell by cell.
@@ -44,7 +46,7 @@ pub(super) fn cells(triangle: &ShadeTriangle, mut each: impl FnMut([usize; 3])) 
     }
 }
 
-/// Gives each buried place the light of its neighbour.
+/// Gives each buried sample side the light of its neighbour.
 pub fn fill<T: Copy>(light: &mut [T], stand_ins: &[(u32, u32)]) {
     for &(buried, open) in stand_ins {
         light[index(buried)] = light[index(open)];

@@ -206,8 +206,8 @@ mod tests {
         ShadeTriangle { normal, uv, samples: [0; 3], grid_steps, material: 0, texels_per_m: 0.0 }
     }
 
-    /// Place of every sample in steps.
-    fn places(steps: u32) -> BTreeMap<u32, [f32; 2]> {
+    /// Position of every sample in steps.
+    fn positions(steps: u32) -> BTreeMap<u32, [f32; 2]> {
         let all = (0..=steps).flat_map(|row| (0..=steps - row).map(move |column| [column, row]));
         all.map(|at| (shade(steps).grid_sample(at[0], at[1]), at.map(f32_from_u32))).collect()
     }
@@ -216,7 +216,7 @@ mod tests {
     fn cells_cover_every_grid_and_reproduce_a_polynomial_of_second_degree() {
         let light = |[x, y]: [f32; 2]| 3.0 + 0.5 * x - 0.25 * y + 0.125 * x * y - 0.0625 * x * x + 0.03 * y * y;
         for steps in 1..=40 {
-            let (shade, places) = (shade(steps), places(steps));
+            let (shade, positions) = (shade(steps), positions(steps));
             let mut cells = Vec::new();
             GridCell::append_grid(0, steps, &mut cells);
             let mut covered = BTreeSet::new();
@@ -224,9 +224,9 @@ mod tests {
                 let nodes = cell.nodes(&shade);
                 covered.extend(nodes.samples().iter().copied());
                 cell.each_inner(&shade, |sample, weights| {
-                    let known = nodes.all().iter().map(|node| light(places[node]));
+                    let known = nodes.all().iter().map(|node| light(positions[node]));
                     let mixed: f32 = known.zip(weights).map(|(light, weight)| light * weight).sum();
-                    let expected = light(places[&sample]);
+                    let expected = light(positions[&sample]);
                     // Nine products of lights up to 60 and weights up to 1, each rounded by 2^-24 of them.
                     assert!((mixed - expected).abs() < 2e-4, "{cell:?} sample {sample}: {mixed} {expected}");
                     covered.insert(sample);
@@ -235,14 +235,14 @@ mod tests {
                     cell.split(&mut cells);
                 }
             }
-            assert_eq!(covered.len(), places.len(), "{steps} steps");
+            assert_eq!(covered.len(), positions.len(), "{steps} steps");
         }
     }
 
     #[test]
     fn middles_are_compared_with_a_linear_interpolation_of_the_corners() {
         let light = |[x, y]: [f32; 2]| 3.0 + 0.5 * x - 0.25 * y;
-        let (shade, places) = (shade(21), places(21));
+        let (shade, positions) = (shade(21), positions(21));
         let mut cells = Vec::new();
         GridCell::append_grid(0, 21, &mut cells);
         let mut tried = 0;
@@ -251,8 +251,8 @@ mod tests {
             if cell.has_inner() {
                 cell.each_middle(|node, corners| {
                     let mixed: f32 =
-                        corners.iter().map(|&(corner, share)| share * light(places[&nodes.samples()[corner]])).sum();
-                    let expected = light(places[&nodes.samples()[node]]);
+                        corners.iter().map(|&(corner, share)| share * light(positions[&nodes.samples()[corner]])).sum();
+                    let expected = light(positions[&nodes.samples()[node]]);
                     assert!((mixed - expected).abs() < 1e-5, "{cell:?} node {node}: {mixed} {expected}");
                     tried += 1;
                 });

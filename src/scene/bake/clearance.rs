@@ -22,14 +22,14 @@ pub struct FlatBox {
 /// Whether a triangle that rises above the plane touches the box.
 pub fn is_anything_near(bvh: &Bvh, part: &FlatBox) -> bool {
     let mut open = vec![0_u32];
-    while let Some(place) = open.pop() {
-        if place & IS_BLOCK != 0 {
-            if touches(&bvh.blocks[index(place & !IS_BLOCK)], part) {
+    while let Some(node_or_block) = open.pop() {
+        if node_or_block & IS_BLOCK != 0 {
+            if touches(&bvh.blocks[index(node_or_block & !IS_BLOCK)], part) {
                 return true;
             }
             continue;
         }
-        let node = &bvh.nodes[index(place)];
+        let node = &bvh.nodes[index(node_or_block)];
         for child in 0..CHILDREN {
             let overlaps = (0..3).all(|axis| {
                 let [low_m, high_m] = node.planes_m[axis].map(|side| f64::from(side[child]));

@@ -8,51 +8,54 @@ use super::super::tracer::{Stack, closest_through};
 use super::super::vectors::sub;
 use super::aims::Aims;
 use super::buried::cells;
-use super::fan::{GROUPS, Place, idle, set_ray};
+use super::fan::{GROUPS, Receiver, idle, set_ray};
 use super::sources::{SOURCES_MAX, SourceLight};
 use crate::num::{f32_from_u32, f32_nearest, index, u32_from};
 
-/// A place with less than this share of its neighbour's light, and geometry between the two, lies in something that light hardly enters.
-/// Under a crate without a bottom it is up to 7 %, what rays find at samples beyond the crate's foot; where a side is missing, 15 % and
-/// more.
+/// A sample side with less than this share of its neighbour's light, and geometry between the two, lies in something that light hardly
+/// enters. Under a crate without a bottom it is up to 7 %, what rays find at samples beyond the crate's foot; where a side is missing, 15 %
+/// and more.
 const DARK_SHARE: f32 = 0.1;
 
-/// How far towards what cuts a place off its light is taken: nearer, only the foot of that is seen.
+/// How far towards what cuts a sample side off its light is taken: nearer, only the foot of that is seen.
 const WAY_SHARE: f32 = 0.9;
 
-/// A place that is cut off, and points on the same surface in front of what does, towards each of its bright neighbours.
+/// A sample side that is cut off, and points on the same surface in front of what does, towards each of its bright neighbours.
 #[derive(Clone, Debug)]
 pub struct CutOff {
     /// Twice the sample plus its side.
-    pub place: u32,
-    in_front: Vec<Place>,
+    pub sample_side: u32,
+    in_front: Vec<Receiver>,
 }
 
-/// The light that a place is given.
+/// The light that a sample side is given.
 #[derive(Clone, Debug)]
 pub struct Relit {
     /// Twice the sample plus its side.
-    pub place: u32,
+    pub sample_side: u32,
     /// Irradiance by group.
     pub light: [Bands; GROUPS],
     /// What of it the strongest sources send.
     pub by_source: [SourceLight; SOURCES_MAX],
 }
 
-/// Finds places that are dark beside a neighbour of their cell, and that geometry cuts off from all such neighbours. `light` is that of
-/// each place without what comes straight from single sources, whose shadows may be as dark and are traced; a neighbour that is `buried`
-/// has the light of another place and tells nothing.
+/// Finds sample sides that are dark beside a neighbour of their cell, and that geometry cuts off from all such neighbours. `light` is that
+/// of each sample side without what comes straight from single sources, whose shadows may be as dark and are traced; a neighbour that is
+/// `buried` has the light of another sample side and tells nothing.
 pub fn cut_off(scene: &Scene, light: &[f32], buried: &[bool]) -> Vec<CutOff> {
     let mut pairs = Vec::new();
     for triangle in &scene.layout.triangles {
         let sides = scene.layout.samples[index(triangle.samples[0])].sides();
         cells(triangle, |corners| {
             for side in 0..sides {
-                let places = corners.map(|sample| 2 * sample + side);
-                let brightest = places.into_iter().fold(places[0], |a, b| if light[b] > light[a] { b } else { a });
-                let is_dark = |&place: &usize| light[place] < DARK_SHARE * light[brightest];
+                let sample_sides = corners.map(|sample| 2 * sample + side);
+                let brightest =
+                    sample_sides.into_iter().fold(sample_sides[0], |a, b| if light[b] > light[a] { b } else { a });
+                let is_dark = |&sample_side: &usize| light[sample_side] < DARK_SHARE * light[brightest];
                 if !buried[brightest] {
-                    pairs.extend(places.into_iter().filter(is_dark).map(|dark| (u32_from(dark), u32_from(brightest))));
+                    pairs.extend(
+                        sample_sides.into_iter().filter(is_dark).map(|dark| (u32_from(dark), u32_from(brightest))),
+                    );
                 }
             }
         });
@@ -66,24 +69,28 @@ pub fn cut_off(scene: &Scene, light: &[f32], buried: &[bool]) -> Vec<CutOff> {
 }
 
 impl CutOff {
-    /// Of a dark place, from its bright neighbours and the share of the way from each that is free; none where one is not cut off.
+    /// Of a dark sample side, from its bright neighbours and the share of the way from each that is free; none where one is not cut off.
     fn of(scene: &Scene, pairs: &[((u32, u32), f32)]) -> Option<Self> {
         let in_front = |&((dark, bright), way): &((u32, u32), f32)| {
-            let [dark, bright] =
-                [dark, bright].map(|place| (Place::of(&scene.layout.samples[index(place) / 2]), index(place) % 2));
+            let [dark, bright] = [dark, bright].map(|sample_side| {
+                (Receiver::of(&scene.layout.samples[index(sample_side) / 2]), index(sample_side) % 2)
+            });
             let at_m = |axis: usize| bright.0.at_m[axis] + WAY_SHARE * way * (dark.0.at_m[axis] - bright.0.at_m[axis]);
-            (way < 1.0).then(|| Place { at_m: [0, 1, 2].map(at_m), normal: bright.0.normal_of(bright.1), sides: 1 })
+            (way < 1.0).then(|| Receiver { at_m: [0, 1, 2].map(at_m), normal: bright.0.normal_of(bright.1), sides: 1 })
         };
-        Some(Self { place: pairs[0].0.0, in_front: pairs.iter().map(in_front).collect::<Option<_>>()? })
+        Some(Self { sample_side: pairs[0].0.0, in_front: pairs.iter().map(in_front).collect::<Option<_>>()? })
     }
 
     /// Its light in front of what cuts it off, the mean over those points.
     pub fn relit(&self, scene: &Scene, aims: &Aims, light: [&[Bands]; GROUPS]) -> Relit {
-        let mut mean =
-            Relit { place: self.place, light: [[0.0; BANDS]; GROUPS], by_source: [SourceLight::NONE; SOURCES_MAX] };
+        let mut mean = Relit {
+            sample_side: self.sample_side,
+            light: [[0.0; BANDS]; GROUPS],
+            by_source: [SourceLight::NONE; SOURCES_MAX],
+        };
         let share = 1.0 / f32_from_u32(u32_from(self.in_front.len()));
-        for place in &self.in_front {
-            let found = scene.light_at(place, aims, light, 1.0, &[]);
+        for receiver in &self.in_front {
+            let found = scene.light_at(receiver, aims, light, 1.0, &[]);
             for (mean, found) in mean.light.iter_mut().zip(&found.by_group) {
                 for band in 0..BANDS {
                     mean[band] += share * f32_nearest(found[band]);
@@ -98,10 +105,11 @@ impl CutOff {
     }
 }
 
-/// Share of the way from the bright to the dark place of each pair, just above their surface, up to what stands there; 1 where nothing
-/// does.
+/// Share of the way from the bright to the dark sample side of each pair, just above their surface, up to what stands there; 1 where
+/// nothing does.
 fn ways(scene: &Scene, pairs: &[(u32, u32)]) -> Vec<f32> {
-    let lifted_m = |place: u32| Place::of(&scene.layout.samples[index(place) / 2]).lifted_m(index(place) % 2);
+    let lifted_m =
+        |sample_side: u32| Receiver::of(&scene.layout.samples[index(sample_side) / 2]).lifted_m(index(sample_side) % 2);
     let mut stack = Stack::new();
     let mut ways = Vec::with_capacity(pairs.len());
     for some in pairs.chunks(LANES) {
@@ -151,8 +159,8 @@ mod tests {
             let light = scene.layout.triangles[index(hit.triangle)].around(hit.weights[0], hit.weights[1]);
             let baked: f32 = light.iter().map(|&(sample, weight)| bake.irradiance[2 * sample][1] * weight).sum();
             let at_m = [0, 1, 2].map(|axis| from_m[axis] + hit.t * direction[axis]);
-            let place = Place { at_m, normal: direction.map(|along| -along), sides: 1 };
-            f64::from(baked) / scene.light_at(&place, &aims, [&bake.irradiance, &[]], 1.0, &[]).by_group[STEADY][1]
+            let receiver = Receiver { at_m, normal: direction.map(|along| -along), sides: 1 };
+            f64::from(baked) / scene.light_at(&receiver, &aims, [&bake.irradiance, &[]], 1.0, &[]).by_group[STEADY][1]
         };
         let mut found = [Vec::new(), Vec::new()];
         for (axis, step) in [0, 2].into_iter().flat_map(|axis| (0..20_u32).map(move |step| (axis, step))) {
@@ -182,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn only_places_that_hardly_any_light_reaches_are_cut_off() {
+    fn only_sample_sides_that_hardly_any_light_reaches_are_cut_off() {
         // A crate without a bottom; a fence; a shelter of two walls and a roof; crates that lack a side, and a lid.
         let cases: [(fn(usize) -> bool, usize); 5] = [
             (|face| face != 2, 48),
@@ -197,13 +205,13 @@ mod tests {
             scene.layout.samples.iter_mut().for_each(|sample| sample.albedo = [albedo; BANDS]);
             let traced = traced_samples(&scene, &BakeSettings::ROOM, &|_| {});
             let light: Vec<f32> = settled(&scene, &traced, &[], 0).iter().map(|light| light[1]).collect();
-            let at_m = |place: u32| scene.layout.samples[index(place) / 2].position_m;
+            let at_m = |sample_side: u32| scene.layout.samples[index(sample_side) / 2].position_m;
             let is_within = |[x, _, z]: [f32; 3]| LOW_M[0] < x && x < HIGH_M[0] && LOW_M[2] < z && z < HIGH_M[2];
             let all = cut_off(&scene, &light, &traced.buried);
-            let on_floor = all.iter().filter(|found| at_m(found.place)[1] == 0.0);
+            let on_floor = all.iter().filter(|found| at_m(found.sample_side)[1] == 0.0);
             let found = on_floor.inspect(|found| {
-                assert!(is_within(at_m(found.place)));
-                assert!(found.in_front.iter().all(|place| !is_within(place.at_m)));
+                assert!(is_within(at_m(found.sample_side)));
+                assert!(found.in_front.iter().all(|receiver| !is_within(receiver.at_m)));
             });
             assert_eq!(found.count(), expected, "albedo {albedo}");
         }

@@ -20,14 +20,14 @@ pub(super) const FLICKERING: usize = 1;
 /// One number a group and band.
 pub type ByGroup<T> = [[T; BANDS]; GROUPS];
 
-/// Stratified cosine-weighted directions around +z. Every sample uses the same, so that neighbours on a wall see the same places a
+/// Stratified cosine-weighted directions around +z. Every sample uses the same, so that neighbours on a wall see the same points a
 /// little shifted, and what is left of the error is smooth instead of mottled.
 pub fn fan(rays: usize) -> Vec<[f32; 3]> {
     assert!(rays > 0 && rays.is_multiple_of(LANES), "bounces go in full packets");
     let (rings, sectors) = strata(rays);
     let key = DrawKey::root(BOUNCE_DRAWS);
     let direction = |ray: usize| {
-        // Sixteen neighbours of the list are a few rings by four sectors, so that rays of one place stay close together.
+        // Sixteen neighbours of the list are a few rings by four sectors, so that rays of one receiver stay close together.
         let (block, lane) = (ray / LANES, ray % LANES);
         let ring = PACKET_RINGS * (block / (sectors / 4)) + lane / 4;
         let sector = 4 * (block % (sectors / 4)) + lane % 4;
@@ -38,9 +38,9 @@ pub fn fan(rays: usize) -> Vec<[f32; 3]> {
     (0..rays).map(direction).collect()
 }
 
-/// A place on a surface whose light is looked for.
+/// A point on a surface whose irradiance is looked for.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub struct Receiver {
     pub at_m: [f32; 3],
     /// Unit normal of the first side.
     pub normal: [f32; 3],
@@ -48,7 +48,7 @@ pub struct Place {
     pub sides: usize,
 }
 
-impl Place {
+impl Receiver {
     /// Of a sample.
     pub fn of(sample: &IrradianceSample) -> Self {
         Self { at_m: sample.position_m, normal: sample.normal, sides: sample.sides() }

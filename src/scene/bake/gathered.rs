@@ -1,4 +1,4 @@
-//! Results of the rays of neighbouring samples, close together in memory: their direct light, and the places that each of their sides sees.
+//! Results of the rays of neighbouring samples, close together in memory: their direct light, and the sample sides that the rays met.
 
 use super::super::geometry::Scene;
 use super::super::light::{BANDS, Bands};
@@ -11,27 +11,27 @@ use crate::num::{f32_nearest, f64_from_usize, greater, index, u32_from};
 /// Random rays that are traced together, about: enough for packets of one direction, and few enough to stay in the cache.
 const BATCH_RAYS: usize = 4_096;
 
-/// Of some samples. Lists of all places lie one behind another, because separate lists would take more memory than their entries.
+/// Of some samples. Lists of all sample sides lie one behind another, because separate lists would take more memory than their entries.
 #[derive(Clone, Debug, Default)]
 pub struct Gathered {
-    /// The places: twice a sample plus its side, of each side that is lit.
-    pub places: Vec<u32>,
-    /// Light of lamps, sky and glowing surfaces at each place, by group; a group without any light in the scene is empty.
+    /// The sample sides: twice a sample plus its side, of each side that is lit.
+    pub sample_sides: Vec<u32>,
+    /// Light of lamps, sky and glowing surfaces at each sample side, by group; a group without any light in the scene is empty.
     pub direct: [Vec<Bands>; GROUPS],
-    /// Luminance that the strongest sources send to each place: unoccluded, and received.
+    /// Luminance that the strongest sources send to each sample side: unoccluded, and received.
     pub by_source: Vec<Vec<[f32; 2]>>,
     /// Sum over the random rays of the light that each brought, and the sum of squares; empty where no sample is on a grid.
     by_chance: [Vec<[Bands; 2]>; GROUPS],
-    /// Whether a place lies within something closed, as a floor does under a box that stands on it.
+    /// Whether a sample side lies within something closed, as a floor does under a box that stands on it.
     pub buried: Vec<bool>,
-    /// Rays of each place, and where its lists end, from where the first one's begin.
+    /// Rays of each sample side, and where its lists end, from where the first one's begin.
     looks: Vec<Looks>,
     met_from: usize,
     mirrored_from: usize,
 }
 
-/// What random rays met: lists of places, one behind another. Those of a whole scene are most of the memory of a bake, and in one block,
-/// which goes back to the system.
+/// What random rays met: lists of sample sides, one behind another. Those of a whole scene are most of the memory of a bake, and in one
+/// block, which goes back to the system.
 #[derive(Clone, Debug, Default)]
 pub struct HitLists {
     /// Twice the sample met plus its side for every ray that met one and goes no further.
@@ -70,7 +70,7 @@ impl Gathered {
                 for (&sample, sides) in neighbours.iter().zip(gather(scene, aims, secondary, neighbours)) {
                     let lit = scene.layout.samples[index(sample)].sides();
                     for (side, seen) in (0..).zip(&sides[..lit]) {
-                        all.places.push(2 * sample + side);
+                        all.sample_sides.push(2 * sample + side);
                         if rays > 0 {
                             hits.met.extend_from_slice(&seen.bounced.met);
                             hits.mirrored.extend_from_slice(&seen.bounced.mirrored);
@@ -111,10 +111,10 @@ impl Gathered {
         (self.looks, self.by_chance) = Default::default();
     }
 
-    /// Puts a value of each of these places among those of all.
+    /// Puts a value of each of these sample sides among those of all.
     pub fn put<T: Copy>(&self, values: &[T], all: &mut [T]) {
-        for (&place, &value) in self.places.iter().zip(values) {
-            all[index(place)] = value;
+        for (&sample_side, &value) in self.sample_sides.iter().zip(values) {
+            all[index(sample_side)] = value;
         }
     }
 
@@ -123,8 +123,8 @@ impl Gathered {
         !self.by_chance[0].is_empty()
     }
 
-    /// Standard error of each place's irradiance after one more bounce of a group, if its rays were drawn without strata; of none without
-    /// a grid.
+    /// Standard error of each sample side's irradiance after one more bounce of a group, if its rays were drawn without strata; of none
+    /// without a grid.
     pub fn standard_errors(&self, hits: &HitLists, group: usize, exitance: &[Bands]) -> Vec<Bands> {
         let mut met_from = self.met_from;
         let mut errors = Vec::with_capacity(self.looks.len());
@@ -132,9 +132,9 @@ impl Gathered {
             let met_end = self.met_from + index(looks.met_end);
             let [mut sum, mut squares] = moments.map(|moment| moment.map(f64::from));
             let rays = f64_from_usize(index(looks.rays).max(1));
-            for &place in &hits.met[met_from..met_end] {
+            for &sample_side in &hits.met[met_from..met_end] {
                 for band in 0..BANDS {
-                    let light = f64::from(exitance[index(place)][band]) / rays;
+                    let light = f64::from(exitance[index(sample_side)][band]) / rays;
                     sum[band] += light;
                     squares[band] += light * light;
                 }
@@ -147,7 +147,7 @@ impl Gathered {
         errors
     }
 
-    /// Irradiance of each place after one more bounce of a group.
+    /// Irradiance of each sample side after one more bounce of a group.
     pub fn bounced(&self, hits: &HitLists, group: usize, exitance: &[Bands]) -> Vec<Bands> {
         let (mut met_from, mut mirrored_from) = (self.met_from, self.mirrored_from);
         let mut light = self.direct[group].clone();
@@ -156,15 +156,15 @@ impl Gathered {
             let mirrored_end = self.mirrored_from + index(looks.mirrored_end);
             if looks.rays > 0 {
                 let mut sum = [0.0_f64; BANDS];
-                for &place in &hits.met[met_from..met_end] {
+                for &sample_side in &hits.met[met_from..met_end] {
                     for band in 0..BANDS {
-                        sum[band] += f64::from(exitance[index(place)][band]);
+                        sum[band] += f64::from(exitance[index(sample_side)][band]);
                     }
                 }
                 for mirrored in &hits.mirrored[mirrored_from..mirrored_end] {
                     let weight = mirrored.weight();
                     for band in 0..BANDS {
-                        sum[band] += f64::from(exitance[index(mirrored.place)][band] * weight[band]);
+                        sum[band] += f64::from(exitance[index(mirrored.sample_side)][band] * weight[band]);
                     }
                 }
                 let rays = f64_from_usize(index(looks.rays));

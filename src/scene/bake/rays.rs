@@ -11,7 +11,7 @@ use super::aims::{AimedLight, Aims};
 use super::batch::{self, Hit};
 use super::blockers::Blocker;
 use super::fan::FLICKERING;
-pub use super::fan::{ByGroup, GROUPS, LIFT_M, Place, STEADY, idle, set_ray};
+pub use super::fan::{ByGroup, GROUPS, LIFT_M, Receiver, STEADY, idle, set_ray};
 use super::secondary::SecondarySources;
 use super::shadow_rays::aimed_light;
 use super::sources::{SOURCES_MAX, SourceLight};
@@ -34,23 +34,23 @@ pub struct SideLight {
     pub is_buried: bool,
 }
 
-/// A share of the light of a ray that ended at a place, or of several where it is a secondary source.
+/// A share of the light of a ray that ended at a sample side, or of several where it is a secondary source.
 #[derive(Clone, Copy, Debug)]
 pub struct Mirrored {
     /// Twice the sample plus its side.
-    pub place: u32,
-    /// Share of the place's exitance, by band, in 65,535ths: there are millions of these.
+    pub sample_side: u32,
+    /// Share of the sample side's exitance, by band, in 65,535ths: there are millions of these.
     shares: [u16; BANDS],
 }
 
 const SHARES: f32 = 65_535.0;
 
 impl Mirrored {
-    fn new(place: u32, weight: Bands) -> Self {
-        Self { place, shares: weight.map(|band| low_u16(u32_truncated_f32(band.clamp(0.0, 1.0) * SHARES + 0.5))) }
+    fn new(sample_side: u32, weight: Bands) -> Self {
+        Self { sample_side, shares: weight.map(|band| low_u16(u32_truncated_f32(band.clamp(0.0, 1.0) * SHARES + 0.5))) }
     }
 
-    /// Share of the place's exitance, by band.
+    /// Share of the sample side's exitance, by band.
     #[inline(always)]
     pub fn weight(&self) -> Bands {
         self.shares.map(|share| f32::from(share) * (1.0 / SHARES))
@@ -59,7 +59,8 @@ impl Mirrored {
 
 /// Traces all rays of neighbouring samples: the light of both sides of each, nothing on the back of a one-sided surface.
 pub fn gather(scene: &Scene, aims: &Aims, secondary: &SecondarySources, samples: &[u32]) -> Vec<[SideLight; 2]> {
-    let places: Vec<Place> = samples.iter().map(|&number| Place::of(&scene.layout.samples[index(number)])).collect();
+    let receivers: Vec<Receiver> =
+        samples.iter().map(|&number| Receiver::of(&scene.layout.samples[index(number)])).collect();
     let lit = |(AimedLight { all: mut direct, by_source }, bounced): (AimedLight, Bounced)| {
         for group in 0..GROUPS {
             for band in 0..BANDS {
@@ -69,12 +70,12 @@ pub fn gather(scene: &Scene, aims: &Aims, secondary: &SecondarySources, samples:
         let is_buried = 8 * bounced.backs > aims.fan.len();
         SideLight { direct, by_source, bounced, is_buried }
     };
-    let aimed = aimed_light(scene, &places, aims, &[]);
-    let mut bounced = bounce_rays(scene, &places, &aims.fan, secondary, &[]);
+    let aimed = aimed_light(scene, &receivers, aims, &[]);
+    let mut bounced = bounce_rays(scene, &receivers, &aims.fan, secondary, &[]);
     let (rays, mut stack) = (f32_nearest(f64_from_usize(aims.fan.len())), Stack::new());
-    for (place, bounced) in places.iter().zip(&mut bounced) {
-        for (seen, bounced) in secondary.seen_from(scene, place, &mut stack).into_iter().zip(bounced) {
-            let weighted = |(place, share)| Mirrored::new(place, [rays * f32_nearest(share); BANDS]);
+    for (receiver, bounced) in receivers.iter().zip(&mut bounced) {
+        for (seen, bounced) in secondary.seen_from(scene, receiver, &mut stack).into_iter().zip(bounced) {
+            let weighted = |(sample_side, share)| Mirrored::new(sample_side, [rays * f32_nearest(share); BANDS]);
             bounced.mirrored.extend(seen.into_iter().map(weighted));
         }
     }
@@ -109,27 +110,29 @@ struct Path {
     is_aimed: bool,
 }
 
-/// Cosine-weighted rays of both sides of neighbouring places along the directions of a fan: what they met, but for
+/// Cosine-weighted rays of both sides of neighbouring receivers along the directions of a fan: what they met, but for
 /// secondary sources from afar. A side that is not lit has none.
 pub fn bounce_rays(
     scene: &Scene,
-    places: &[Place],
+    receivers: &[Receiver],
     fan: &[[f32; 3]],
     secondary: &SecondarySources,
     blockers: &[Blocker],
 ) -> Vec<[Bounced; 2]> {
-    let sides = || places.iter().enumerate().flat_map(|(place, of)| (0..of.sides).map(move |side| (place, side)));
-    let origins_m: Vec<[f32; 3]> = sides().map(|(place, side)| places[place].lifted_m(side)).collect();
-    let turns = sides().map(|(place, side)| places[place].normal_of(side)).map(|normal| (frame(normal), normal));
+    let sides =
+        || receivers.iter().enumerate().flat_map(|(receiver, of)| (0..of.sides).map(move |side| (receiver, side)));
+    let origins_m: Vec<[f32; 3]> = sides().map(|(receiver, side)| receivers[receiver].lifted_m(side)).collect();
+    let turns =
+        sides().map(|(receiver, side)| receivers[receiver].normal_of(side)).map(|normal| (frame(normal), normal));
     let turns: Vec<_> = turns.collect();
     let all_turned = |&local: &[f32; 3]| turns.iter().map(move |(sides, normal)| turned(local, sides, *normal));
     let directions: Vec<[f32; 3]> = fan.iter().flat_map(all_turned).collect();
     let hits = batch::trace(scene, &origins_m, &directions, blockers);
     let share = std::f64::consts::PI / f64_from_usize(fan.len().max(1));
-    let mut all = vec![<[Bounced; 2]>::default(); places.len()];
+    let mut all = vec![<[Bounced; 2]>::default(); receivers.len()];
     let mut stack = Stack::new();
-    for (number, (place, side)) in sides().enumerate() {
-        let bounced = &mut all[place][side];
+    for (number, (receiver, side)) in sides().enumerate() {
+        let bounced = &mut all[receiver][side];
         bounced.met.reserve_exact(fan.len());
         let mut paths = Vec::new();
         for ray in (number..hits.len()).step_by(origins_m.len()) {
@@ -146,13 +149,15 @@ pub fn bounce_rays(
             }
             let origin_m = origins_m[number];
             let path = Path { origin_m, direction: directions[ray], weight: [1.0; BANDS], is_aimed: true };
-            match (end.mirror, end.place) {
-                (Some(mirror), Some(place)) => {
-                    let reflected = mirror.reflected(scene, &path, hits[ray].t, place, bounced);
+            match (end.mirror, end.sample_side) {
+                (Some(mirror), Some(sample_side)) => {
+                    let reflected = mirror.reflected(scene, &path, hits[ray].t, sample_side, bounced);
                     let is_aimed = scene.mirrors.of_triangle(hits[ray].triangle).is_some();
                     paths.extend(reflected.map(|path| Path { is_aimed, ..path }));
                 }
-                (None, Some(place)) if secondary.counts(place, hits[ray].t) => bounced.met.push(place),
+                (None, Some(sample_side)) if secondary.counts(sample_side, hits[ray].t) => {
+                    bounced.met.push(sample_side)
+                }
                 (None, Some(_)) => {}
                 (_, None) => bounced.backs += usize::from(!end.is_sky),
             }
@@ -189,11 +194,11 @@ fn follow(scene: &Scene, mut paths: Vec<Path>, bounced: &mut Bounced, stack: &mu
                 for band in (0..BANDS).filter(|_| shines) {
                     light[end.group][band] += f64::from(end.light[band] * path.weight[band]);
                 }
-                match (end.mirror, end.place) {
-                    (Some(mirror), Some(place)) => {
-                        further.extend(mirror.reflected(scene, path, hits.t.0[lane], place, bounced));
+                match (end.mirror, end.sample_side) {
+                    (Some(mirror), Some(sample_side)) => {
+                        further.extend(mirror.reflected(scene, path, hits.t.0[lane], sample_side, bounced));
                     }
-                    (None, Some(place)) => bounced.mirrored.push(Mirrored::new(place, path.weight)),
+                    (None, Some(sample_side)) => bounced.mirrored.push(Mirrored::new(sample_side, path.weight)),
                     (_, None) => {}
                 }
             }
@@ -210,7 +215,7 @@ fn follow(scene: &Scene, mut paths: Vec<Path>, bounced: &mut Bounced, stack: &mu
 /// Where a ray ended.
 struct End {
     /// Twice the sample plus its side; none in the sky and on the back of what has none.
-    place: Option<u32>,
+    sample_side: Option<u32>,
     is_sky: bool,
     /// Whether rays are aimed at the lamp that was met.
     is_aimed: bool,
@@ -231,11 +236,11 @@ struct Mirror {
 
 impl Mirror {
     /// The reflected ray at this surface; its diffuse part is recorded. None where nothing is reflected.
-    fn reflected(&self, scene: &Scene, path: &Path, t: f32, place: u32, bounced: &mut Bounced) -> Option<Path> {
+    fn reflected(&self, scene: &Scene, path: &Path, t: f32, sample_side: u32, bounced: &mut Bounced) -> Option<Path> {
         let weight: Bands = std::array::from_fn(|band| path.weight[band] * self.reflectance[band]);
-        if scene.layout.samples[index(place) / 2].albedo.iter().any(|&band| band > 0.0) {
+        if scene.layout.samples[index(sample_side) / 2].albedo.iter().any(|&band| band > 0.0) {
             let diffuse = std::array::from_fn(|band| path.weight[band] - weight[band]);
-            bounced.mirrored.push(Mirrored::new(place, diffuse));
+            bounced.mirrored.push(Mirrored::new(sample_side, diffuse));
         }
         let direction = unit(mirrored(path.direction, self.normal))?;
         let origin_m =
@@ -251,7 +256,7 @@ impl Scene {
         let (triangle, [u, v]) = (hit.triangle, hit.weights);
         if triangle == MISS {
             let light = self.soft_sky(direction);
-            return End { place: None, is_sky: true, is_aimed: false, group: STEADY, light, mirror: None };
+            return End { sample_side: None, is_sky: true, is_aimed: false, group: STEADY, light, mirror: None };
         }
         let shade = &self.layout.triangles[index(triangle)];
         let facing = dot(shade.normal, direction);
@@ -259,7 +264,7 @@ impl Scene {
         let material = &self.mesh.materials[index(shade.material)];
         if back && !material.double_sided {
             let light = [0.0; BANDS];
-            return End { place: None, is_sky: false, is_aimed: false, group: STEADY, light, mirror: None };
+            return End { sample_side: None, is_sky: false, is_aimed: false, group: STEADY, light, mirror: None };
         }
         let mut nearest = (0, f32::MIN);
         for (sample, weight) in shade.around(u, v) {
@@ -271,7 +276,7 @@ impl Scene {
             normal: if back { shade.normal.map(|x| -x) } else { shade.normal },
             reflectance: gloss.reflectance(facing.abs()),
         });
-        let place = Some(u32_from(2 * nearest.0 + usize::from(back)));
+        let sample_side = Some(u32_from(2 * nearest.0 + usize::from(back)));
         let (group, is_aimed) = (self.group_of(shade.material), self.lamps.are_aimed_at(shade.material));
         let cone = material.bulb.and_then(|bulb| bulb.cone);
         let emission = self.mesh.emission_at(triangle, [u, v]);
@@ -279,7 +284,7 @@ impl Scene {
             let share = cone.share(direction.map(|x| -x));
             emission.map(|band| band * share)
         });
-        End { place, is_sky: false, is_aimed, group, light, mirror }
+        End { sample_side, is_sky: false, is_aimed, group, light, mirror }
     }
 
     /// Group of a material's own light.

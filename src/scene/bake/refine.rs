@@ -78,11 +78,11 @@ struct WaveRefinement<'a> {
     is_traced: Vec<bool>,
     is_done: Vec<bool>,
     done: usize,
-    /// Light of traced places by group, with the bounces that are known.
+    /// Light of traced sample sides by group, with the bounces that are known.
     light: [Vec<Bands>; GROUPS],
     /// Standard errors of `light`.
     errors: [Vec<Bands>; GROUPS],
-    /// Estimated at all places after the first wave.
+    /// Estimated at all sample sides after the first wave.
     exitance: [Vec<Bands>; GROUPS],
     least: [Bands; GROUPS],
     seen: Vec<Option<u32>>,
@@ -178,7 +178,7 @@ impl<'a> WaveRefinement<'a> {
             for (mut chunk, hits) in new {
                 chunk.append_hits(hits, &mut self.traced.hits);
                 chunk.put(&chunk.buried, &mut self.traced.buried);
-                chunk.places.iter().for_each(|&place| self.is_traced[index(place / 2)] = true);
+                chunk.sample_sides.iter().for_each(|&sample_side| self.is_traced[index(sample_side / 2)] = true);
                 self.traced.gathered.push(chunk);
             }
         }
@@ -215,7 +215,7 @@ impl<'a> WaveRefinement<'a> {
         }
     }
 
-    /// Estimates the exitance of all places from what the first wave traced, and what light counts as dim.
+    /// Estimates the exitance of all sample sides from what the first wave traced, and what light counts as dim.
     fn estimate(&mut self, cells: &[GridCell]) {
         let stencils: Vec<Stencil> = self.each_cell(cells, |cell| self.stencils(cell)).into_iter().flatten().collect();
         for group in 0..self.groups {
@@ -228,10 +228,9 @@ impl<'a> WaveRefinement<'a> {
                 let mut light = self.light[group].clone();
                 interpolate(&stencils, &mut light);
                 let samples = &self.scene.layout.samples;
-                let exitance = light
-                    .iter()
-                    .enumerate()
-                    .map(|(place, light)| std::array::from_fn(|band| light[band] * samples[place / 2].albedo[band]));
+                let exitance = light.iter().enumerate().map(|(sample_side, light)| {
+                    std::array::from_fn(|band| light[band] * samples[sample_side / 2].albedo[band])
+                });
                 self.exitance[group] = exitance.collect();
             }
             self.light_up(0);
@@ -266,12 +265,12 @@ impl<'a> WaveRefinement<'a> {
     }
 
     fn is_smooth_on(&self, cell: &GridCell, nodes: &Nodes, side: usize) -> bool {
-        let places = || nodes.samples().iter().map(|&sample| 2 * index(sample) + side);
-        if places().any(|place| self.traced.buried[place]) {
+        let sample_sides = || nodes.samples().iter().map(|&sample| 2 * index(sample) + side);
+        if sample_sides().any(|sample_side| self.traced.buried[sample_side]) {
             return false;
         }
-        let is_dark = |place: usize| (0..self.groups).all(|group| self.light[group][place] == [0.0; BANDS]);
-        places().all(is_dark) || (self.is_linear(cell, nodes, side) && !self.is_cramped(cell, nodes, side))
+        let is_dark = |sample_side: usize| (0..self.groups).all(|group| self.light[group][sample_side] == [0.0; BANDS]);
+        sample_sides().all(is_dark) || (self.is_linear(cell, nodes, side) && !self.is_cramped(cell, nodes, side))
     }
 
     fn is_linear(&self, cell: &GridCell, nodes: &Nodes, side: usize) -> bool {
@@ -294,9 +293,9 @@ impl<'a> WaveRefinement<'a> {
     fn is_cramped(&self, cell: &GridCell, nodes: &Nodes, side: usize) -> bool {
         let at_m =
             |&sample: &u32| DVec3::from_array(self.scene.layout.samples[index(sample)].position_m.map(f64::from));
-        let places_m = nodes.samples().iter().map(at_m);
+        let positions_m = nodes.samples().iter().map(at_m);
         let (low_m, high_m) =
-            places_m.fold((DVec3::MAX, DVec3::MIN), |(low_m, high_m), at_m| (low_m.min(at_m), high_m.max(at_m)));
+            positions_m.fold((DVec3::MAX, DVec3::MIN), |(low_m, high_m), at_m| (low_m.min(at_m), high_m.max(at_m)));
         let reach_m = DVec3::splat(CLEARANCE * (high_m - low_m).max_element());
         let normal = DVec3::from_array(self.scene.layout.triangles[index(cell.triangle)].normal.map(f64::from));
         let normal = if side == 0 { normal } else { -normal };
@@ -410,14 +409,14 @@ mod tests {
         let scene = props(6.0, &[([-0.4, 0.0, -0.3], 0.8), ([0.9, 0.7, 0.2], 0.4), ([-1.7, 0.0, 0.9], 0.1)]);
         let settings = BakeSettings::ROOM;
         let traced = traced_samples(&scene, &settings, &|_| {});
-        let places = 2 * scene.layout.samples.len();
-        let light = traced.direct(0, places);
+        let sample_sides = 2 * scene.layout.samples.len();
+        let light = traced.direct(0, sample_sides);
         let samples: Vec<u32> = (0..u32_from(scene.layout.samples.len())).collect();
         let (all, _) = Gathered::of(&scene, &Aims::of(&scene, &settings), &Default::default(), true, &samples);
         let (mut squares, mut worst, mut lit) = (0.0, 0.0_f64, 0);
-        for ((&place, &buried), expected) in all.places.iter().zip(&all.buried).zip(&all.direct[0]) {
-            let (place, light) = (index(place), &light[index(place)]);
-            assert_eq!(traced.buried[place], buried, "place {place}");
+        for ((&sample_side, &buried), expected) in all.sample_sides.iter().zip(&all.buried).zip(&all.direct[0]) {
+            let (sample_side, light) = (index(sample_side), &light[index(sample_side)]);
+            assert_eq!(traced.buried[sample_side], buried, "sample side {sample_side}");
             if expected[1] > 0.0 {
                 let error = f64::from(light[1] / expected[1] - 1.0);
                 (squares, lit) = (squares + error * error, lit + 1);
@@ -427,7 +426,7 @@ mod tests {
         let rms = (squares / f64::from(lit)).sqrt();
         println!("{} of {} samples, rms {rms}, worst {worst}", traced.samples(), samples.len());
         assert!(10 * traced.samples() < 3 * samples.len() && lit > 5_000);
-        // Nodes differ from a linear interpolation by 2 %, and from that of second degree by far less. The worst place lies in a
+        // Nodes differ from a linear interpolation by 2 %, and from that of second degree by far less. The worst sample lies in a
         // half-shadow between nodes, where the sun's 48 points come and go.
         assert!(rms < 0.007 && worst < 0.2, "rms {rms}, worst {worst}");
     }

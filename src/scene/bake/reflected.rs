@@ -1,5 +1,5 @@
 //! Light of lamps and bright directions over plane mirrors. Few random rays that a mirror reflects meet a lamp, and each would be a speck
-//! of light; so shadow rays go from a place to the mirror and on to the lamp.
+//! of light; so shadow rays go from a receiver to the mirror and on to the lamp.
 
 use super::super::geometry::Scene;
 use super::super::lanes::LANES;
@@ -9,7 +9,7 @@ use super::super::tracer::{Packet, Stack, blocked_through, closest_through};
 use super::super::vectors::{dot, mirrored, unit};
 use super::aims::{Aimed, AimedLight, Aims, aimed};
 use super::blockers::{Blocker, nearest};
-use super::fan::{LIFT_M, Place, idle, set_ray};
+use super::fan::{LIFT_M, Receiver, idle, set_ray};
 use crate::num::index;
 
 /// Rays over a mirror that wait until a packet is full.
@@ -27,33 +27,37 @@ struct ReflectedRays<'a> {
 /// What a lane adds, if nothing is in its way.
 #[derive(Clone, Copy)]
 struct Waiting {
-    place: usize,
+    receiver: usize,
     aimed: Aimed,
     /// Unit direction.
     to_mirror: [f32; 3],
 }
 
-/// Adds what plane mirrors send to the first or to both sides of places.
+/// Adds what plane mirrors send to the first or to both sides of receivers.
 pub fn add_reflected(
     scene: &Scene,
-    places: &[Place],
+    receivers: &[Receiver],
     aims: &Aims,
     blockers: &[Blocker],
     light: &mut [[AimedLight; 2]],
 ) {
     for (mirror, plane) in scene.mirrors.all.iter().enumerate() {
-        let image = |(number, place): (usize, &Place)| {
-            let plane = plane.facing(place.at_m)?;
-            let at_m = along(place.at_m, -2.0 * plane.height_m(place.at_m), plane.normal);
-            Some((number, plane, Place { at_m, normal: mirrored(place.normal, plane.normal), sides: place.sides }))
+        let image = |(number, receiver): (usize, &Receiver)| {
+            let plane = plane.facing(receiver.at_m)?;
+            let at_m = along(receiver.at_m, -2.0 * plane.height_m(receiver.at_m), plane.normal);
+            Some((
+                number,
+                plane,
+                Receiver { at_m, normal: mirrored(receiver.normal, plane.normal), sides: receiver.sides },
+            ))
         };
-        let images: Vec<_> = places.iter().enumerate().filter_map(image).collect();
+        let images: Vec<_> = receivers.iter().enumerate().filter_map(image).collect();
         let (stack, waiting) = (Stack::new(), Vec::with_capacity(LANES));
         let mut rays = ReflectedRays { scene, blockers, mirror, stack, to_mirror: idle(), to_source: idle(), waiting };
         for aim in 0..aims.count() {
-            for (place, plane, image) in &images {
+            for (receiver, plane, image) in &images {
                 if let Some(aimed) = aimed(scene, image, aims, aim).filter(|aimed| aimed.cone > 0.0) {
-                    rays.push(plane, *place, aimed, light);
+                    rays.push(plane, *receiver, aimed, light);
                 }
             }
         }
@@ -66,10 +70,10 @@ fn along(from_m: [f32; 3], way: f32, direction: [f32; 3]) -> [f32; 3] {
 }
 
 impl ReflectedRays<'_> {
-    /// Adds the ray from a place whose image sends the given one, if it comes near the mirror.
-    fn push(&mut self, plane: &PlaneMirror, place: usize, aimed: Aimed, light: &mut [[AimedLight; 2]]) {
+    /// Adds the ray from a receiver whose image sends the given one, if it comes near the mirror.
+    fn push(&mut self, plane: &PlaneMirror, receiver: usize, aimed: Aimed, light: &mut [[AimedLight; 2]]) {
         let Aimed { origin_m, direction, t_max, .. } = aimed;
-        // The image is as far behind the mirror as the place is in front.
+        // The image is as far behind the mirror as the receiver is in front.
         let (behind_m, rise) = (-plane.height_m(origin_m), dot(direction, plane.normal));
         let t = behind_m / rise;
         let at_m = along(origin_m, t, direction);
@@ -79,7 +83,7 @@ impl ReflectedRays<'_> {
         let lane = self.waiting.len();
         set_ray(&mut self.to_mirror, lane, along(origin_m, 2.0 * behind_m, plane.normal), to_mirror, f32::MAX);
         set_ray(&mut self.to_source, lane, along(at_m, LIFT_M, plane.normal), direction, t_max - t);
-        self.waiting.push(Waiting { place, aimed, to_mirror });
+        self.waiting.push(Waiting { receiver, aimed, to_mirror });
         if self.waiting.len() == LANES {
             self.flush(light);
         }
@@ -100,9 +104,9 @@ impl ReflectedRays<'_> {
         if !shown.is_empty() {
             let shadowed = blocked_through(&scene.bvh, &scene.mesh, &self.to_source, stack);
             let (objects, t_max) = (nearest(blockers, &self.to_source, stack), self.to_source.t_max);
-            for (lane, Waiting { place, aimed, to_mirror }) in shown {
+            for (lane, Waiting { receiver, aimed, to_mirror }) in shown {
                 if shadowed.0[lane] == 0 && objects.0[lane] >= t_max.0[lane] {
-                    let sent = &mut light[place][aimed.side].all[aimed.group];
+                    let sent = &mut light[receiver][aimed.side].all[aimed.group];
                     let shade = &scene.layout.triangles[index(met.triangle[lane])];
                     let gloss = scene.mesh.materials[index(shade.material)].gloss();
                     let kept =
@@ -125,9 +129,9 @@ mod tests {
     use super::super::fan::STEADY;
     use super::*;
 
-    /// Light of places on a black floor beside a mirror of 0.6 m by 1 m in the plane x = 0, at a height of 1 m, with and without a post
+    /// Light of points on a black floor beside a mirror of 0.6 m by 1 m in the plane x = 0, at a height of 1 m, with and without a post
     /// 0.3 m before it between two heights.
-    fn patch(light: &DistantLight, places_m: &[[f32; 2]], post_m: Option<[f32; 2]>) -> Vec<[f64; BANDS]> {
+    fn patch(light: &DistantLight, points_m: &[[f32; 2]], post_m: Option<[f32; 2]>) -> Vec<[f64; BANDS]> {
         let mut mesh = Mesh::default();
         mesh.materials.push(Material::plain("floor", [0.0; 3]));
         let mirror =
@@ -142,10 +146,10 @@ mod tests {
         }
         let scene = Scene::new("patch", mesh, [0.0; BANDS]).unwrap();
         let aims = Aims { distant: vec![*light], ..Aims::new(&scene, 4, LANES) };
-        let place = |&[x_m, z_m]: &[f32; 2]| Place { at_m: [x_m, 0.0, z_m], normal: [0.0, 1.0, 0.0], sides: 1 };
-        let places: Vec<Place> = places_m.iter().map(place).collect();
-        let mut light = vec![[AimedLight::NONE; 2]; places.len()];
-        add_reflected(&scene, &places, &aims, &[], &mut light);
+        let receiver = |&[x_m, z_m]: &[f32; 2]| Receiver { at_m: [x_m, 0.0, z_m], normal: [0.0, 1.0, 0.0], sides: 1 };
+        let receivers: Vec<Receiver> = points_m.iter().map(receiver).collect();
+        let mut light = vec![[AimedLight::NONE; 2]; receivers.len()];
+        add_reflected(&scene, &receivers, &aims, &[], &mut light);
         light.iter().map(|[above, _]| above.all[STEADY]).collect()
     }
 
@@ -154,12 +158,12 @@ mod tests {
         // 45 degrees high: the mirror from 1 to 2 m lights the floor from 1 to 2 m before it.
         let half = std::f32::consts::FRAC_1_SQRT_2;
         let sun = DistantLight { direction: [half, half, 0.0], normal_irradiance: [4.0, 3.0, 2.0, 1.0] };
-        let places_m = [[0.99, 0.0], [1.01, 0.0], [1.99, 0.29], [1.99, 0.31], [2.01, 0.0], [1.5, -0.29], [-1.5, 0.0]];
+        let points_m = [[0.99, 0.0], [1.01, 0.0], [1.99, 0.29], [1.99, 0.31], [2.01, 0.0], [1.5, -0.29], [-1.5, 0.0]];
         let lit = [false, true, true, false, false, true, false];
         // Schlick's rise at 45 degrees: (1 - cos)^5.
         let short = 1.0 - f64::from(half);
         let kept = 0.9 + 0.1 * short * short * short * short * short;
-        for (light, lit) in patch(&sun, &places_m, None).iter().zip(lit) {
+        for (light, lit) in patch(&sun, &points_m, None).iter().zip(lit) {
             for (light, sent) in light.iter().zip([4.0, 3.0, 2.0, 1.0]) {
                 let expected = if lit { sent * f64::from(half) * kept } else { 0.0 };
                 assert!((light - expected).abs() < 1e-5 * sent, "{light} {expected}");

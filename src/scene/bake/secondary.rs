@@ -10,7 +10,7 @@ use super::super::tracer::{Stack, blocked_through};
 use super::super::vectors::{area_m2, dot, sub, weighted};
 use super::aims::{AIM_SHARE, Aims, disc_form_factor};
 use super::buried::cells;
-use super::fan::{LIFT_M, Place, idle, set_ray};
+use super::fan::{LIFT_M, Receiver, idle, set_ray};
 use super::shadow_rays::aimed_light;
 use crate::num::{f32_from_u32, f32_nearest, f64_from_usize, index, u32_from};
 
@@ -29,15 +29,15 @@ const POINTS_MIN: usize = 4;
 /// Points on lamps that direct light is estimated by, to find what is bright.
 const LAMP_RAYS: usize = 16;
 
-/// Places of a unit of parallel work.
+/// Samples of a unit of parallel work.
 const CHUNK: usize = 128;
 
 /// Points on secondary sources, for samples of one kind.
 #[derive(Clone, Debug, Default)]
 pub struct SecondarySources {
     points: Vec<Point>,
-    /// Distance in metres from which on a random ray to each place does not count, infinite for places that are no secondary source; empty
-    /// without any.
+    /// Distance in metres from which on a random ray to each sample side does not count, infinite for sample sides that are no secondary
+    /// source; empty without any.
     far_m: Vec<f32>,
 }
 
@@ -45,7 +45,7 @@ pub struct SecondarySources {
 #[derive(Clone, Copy, Debug)]
 struct Point {
     /// Twice the sample plus its side.
-    place: u32,
+    sample_side: u32,
     position_m: [f32; 3],
     /// Of the side that is lit.
     normal: [f32; 3],
@@ -90,19 +90,19 @@ impl SecondarySources {
     }
 
     /// Points in proportion to the pieces' power, in their order.
-    fn drawn(pieces: &[Piece], rays: usize, places: usize) -> Self {
+    fn drawn(pieces: &[Piece], rays: usize, sample_sides: usize) -> Self {
         let count = rays / RAYS_A_POINT;
         let power: f64 = pieces.iter().map(Piece::power).sum();
         if count == 0 || power <= 0.0 {
             return Self::default();
         }
-        let mut drawn = Self { points: Vec::with_capacity(count), far_m: vec![f32::INFINITY; places] };
+        let mut drawn = Self { points: Vec::with_capacity(count), far_m: vec![f32::INFINITY; sample_sides] };
         let each = power / f64_from_usize(count);
         let mut sum = 0.0;
         for piece in pieces {
             let (point, area_m2) = (&piece.point, each / piece.exitance);
             // From here on the part that a point stands for gets less than one random ray.
-            drawn.far_m[index(point.place)] =
+            drawn.far_m[index(point.sample_side)] =
                 f32_nearest((area_m2 * f64_from_usize(rays) / std::f64::consts::PI).sqrt());
             sum += piece.power();
             while drawn.points.len() < count && (f64_from_usize(drawn.points.len()) + 0.5) * each < sum {
@@ -112,24 +112,25 @@ impl SecondarySources {
         drawn
     }
 
-    /// Whether a random ray that met a place at a distance counts.
+    /// Whether a random ray that met a sample side at a distance counts.
     #[inline(always)]
-    pub fn counts(&self, place: u32, distance_m: f32) -> bool {
-        self.far_m.is_empty() || distance_m <= self.far_m[index(place)]
+    pub fn counts(&self, sample_side: u32, distance_m: f32) -> bool {
+        self.far_m.is_empty() || distance_m <= self.far_m[index(sample_side)]
     }
 
-    /// The places that both sides of a place see of these sources from afar, and the share of each one's exitance that is received.
-    pub fn seen_from(&self, scene: &Scene, place: &Place, stack: &mut Stack) -> [Vec<(u32, f64)>; 2] {
+    /// The sample sides of these sources that both sides of a receiver see from afar, and the share of each one's exitance that is
+    /// received.
+    pub fn seen_from(&self, scene: &Scene, receiver: &Receiver, stack: &mut Stack) -> [Vec<(u32, f64)>; 2] {
         let mut seen = [Vec::new(), Vec::new()];
         for points in self.points.chunks(LANES) {
             let (mut packet, mut sent) = (idle(), [(0, 0.0); LANES]);
             for (lane, point) in points.iter().enumerate() {
-                let side = usize::from(dot(sub(point.position_m, place.at_m), place.normal) < 0.0);
-                let origin_m = place.lifted_m(side);
+                let side = usize::from(dot(sub(point.position_m, receiver.at_m), receiver.normal) < 0.0);
+                let origin_m = receiver.lifted_m(side);
                 let direction = sub(point.position_m, origin_m);
-                let far_m = self.far_m[index(point.place)];
-                let share = disc_form_factor(place.normal, direction, point.normal, point.area_m2);
-                if side < place.sides && share > 0.0 && dot(direction, direction) > far_m * far_m {
+                let far_m = self.far_m[index(point.sample_side)];
+                let share = disc_form_factor(receiver.normal, direction, point.normal, point.area_m2);
+                if side < receiver.sides && share > 0.0 && dot(direction, direction) > far_m * far_m {
                     set_ray(&mut packet, lane, origin_m, direction, AIM_SHARE);
                     sent[lane] = (side, share);
                 }
@@ -141,7 +142,7 @@ impl SecondarySources {
             for (lane, point) in points.iter().enumerate() {
                 let (side, share) = sent[lane];
                 if share > 0.0 && shadowed & 1 << lane == 0 {
-                    seen[side].push((point.place, share));
+                    seen[side].push((point.sample_side, share));
                 }
             }
         }
@@ -149,14 +150,14 @@ impl SecondarySources {
     }
 }
 
-/// Luminance that each place reflects of what comes straight from lamps and bright directions; none from glossy surfaces, which rays go
-/// on from.
+/// Luminance that each sample side reflects of what comes straight from lamps and bright directions; none from glossy surfaces, which rays
+/// go on from.
 fn exitance(scene: &Scene) -> Vec<f64> {
     let aims = Aims::new(scene, LAMP_RAYS, LANES);
     let samples = &scene.layout.samples;
     let chunks = in_chunks(samples.len(), CHUNK, |range| {
-        let places: Vec<Place> = samples[range.clone()].iter().map(Place::of).collect();
-        let light = aimed_light(scene, &places, &aims, &[]);
+        let receivers: Vec<Receiver> = samples[range.clone()].iter().map(Receiver::of).collect();
+        let light = aimed_light(scene, &receivers, &aims, &[]);
         let both = light.into_iter().zip(&samples[range]).flat_map(|(sides, sample)| {
             sides.map(|side| {
                 side.all
@@ -187,9 +188,9 @@ fn each_piece(scene: &Scene, exitance: &[f64], mut each: impl FnMut(Piece)) {
                 for side in 0..sides {
                     let normal = if side == 0 { shade.normal } else { shade.normal.map(|along| -along) };
                     let position_m = [0, 1, 2].map(|axis| at_m[axis] + normal[axis] * LIFT_M);
-                    let place = 2 * sample + side;
-                    let point = Point { place: u32_from(place), position_m, normal, area_m2: third_m2 };
-                    each(Piece { point, exitance: exitance[place] });
+                    let sample_side = 2 * sample + side;
+                    let point = Point { sample_side: u32_from(sample_side), position_m, normal, area_m2: third_m2 };
+                    each(Piece { point, exitance: exitance[sample_side] });
                 }
             }
         });
@@ -224,11 +225,11 @@ mod tests {
         let bake = scene.bake(&BakeSettings::ROOM, &|_| {});
         let few = Aims::of(&scene, &BakeSettings::ROOM);
         let many = Aims::new(&scene, 768, 16_384);
-        let low = |sample: &&(usize, Place)| sample.1.at_m[1] < 1.5;
-        let places: Vec<_> = scene.layout.samples.iter().map(Place::of).enumerate().collect();
+        let low = |sample: &&(usize, Receiver)| sample.1.at_m[1] < 1.5;
+        let receivers: Vec<_> = scene.layout.samples.iter().map(Receiver::of).enumerate().collect();
         let [mut mean, mut baked2, mut random2, mut count] = [0.0; 4];
-        for (sample, place) in places.iter().filter(low).step_by(17) {
-            let by = |aims: &Aims| scene.light_at(place, aims, [&bake.irradiance, &[]], 1.0, &[]).by_group[0][1];
+        for (sample, receiver) in receivers.iter().filter(low).step_by(17) {
+            let by = |aims: &Aims| scene.light_at(receiver, aims, [&bake.irradiance, &[]], 1.0, &[]).by_group[0][1];
             let exact = by(&many);
             let baked = f64::from(bake.irradiance[2 * sample][1]) / exact - 1.0;
             let random = by(&few[1]) / exact - 1.0;

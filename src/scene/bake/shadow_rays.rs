@@ -6,7 +6,7 @@ use super::super::light::{BANDS, luminance};
 use super::super::tracer::{Packet, Stack, blocked_through};
 use super::aims::{Aimed, AimedLight, Aims, aimed};
 use super::blockers::{Blocker, nearest};
-use super::fan::{Place, idle, set_ray};
+use super::fan::{Receiver, idle, set_ray};
 use super::reflected::add_reflected;
 use crate::num::f32_nearest;
 
@@ -18,14 +18,14 @@ struct ShadowRays<'a> {
     packet: Packet,
     waiting: [Waiting; LANES],
     lanes: usize,
-    /// Of both sides of each place.
+    /// Of both sides of each receiver.
     light: Vec<[AimedLight; 2]>,
 }
 
 /// What a shadow ray adds, if nothing is in its way.
 #[derive(Clone, Copy)]
 struct Waiting {
-    place: usize,
+    receiver: usize,
     side: usize,
     group: usize,
     sent: [f64; BANDS],
@@ -33,20 +33,20 @@ struct Waiting {
 }
 
 impl Waiting {
-    const NONE: Self = Self { place: 0, side: 0, group: 0, sent: [0.0; BANDS], source: None };
+    const NONE: Self = Self { receiver: 0, side: 0, group: 0, sent: [0.0; BANDS], source: None };
 }
 
 impl ShadowRays<'_> {
-    fn push(&mut self, place: usize, aimed: &Aimed, source: Option<usize>) {
+    fn push(&mut self, receiver: usize, aimed: &Aimed, source: Option<usize>) {
         if let Some(source) = source {
-            self.light[place][aimed.side].by_source[source].unoccluded += f32_nearest(luminance(aimed.sent));
+            self.light[receiver][aimed.side].by_source[source].unoccluded += f32_nearest(luminance(aimed.sent));
         }
         if aimed.cone == 0.0 {
             return;
         }
         set_ray(&mut self.packet, self.lanes, aimed.origin_m, aimed.direction, aimed.t_max);
         let sent = aimed.sent.map(|band| band * f64::from(aimed.cone));
-        self.waiting[self.lanes] = Waiting { place, side: aimed.side, group: aimed.group, sent, source };
+        self.waiting[self.lanes] = Waiting { receiver, side: aimed.side, group: aimed.group, sent, source };
         self.lanes += 1;
         if self.lanes == LANES {
             self.flush();
@@ -57,8 +57,8 @@ impl ShadowRays<'_> {
         let shadowed = blocked_through(&self.scene.bvh, &self.scene.mesh, &self.packet, &mut self.stack);
         let (nearest, t_max) = (nearest(self.blockers, &self.packet, &mut self.stack), self.packet.t_max);
         for lane in (0..self.lanes).filter(|&lane| shadowed.0[lane] == 0 && nearest.0[lane] >= t_max.0[lane]) {
-            let Waiting { place, side, group, sent, source } = self.waiting[lane];
-            let light = &mut self.light[place][side];
+            let Waiting { receiver, side, group, sent, source } = self.waiting[lane];
+            let light = &mut self.light[receiver][side];
             for band in 0..BANDS {
                 light.all[group][band] += sent[band];
             }
@@ -70,33 +70,33 @@ impl ShadowRays<'_> {
     }
 }
 
-/// Light that lamps and bright directions send to the first or to both sides of places, straight or over plane mirrors, past moving
+/// Light that lamps and bright directions send to the first or to both sides of receivers, straight or over plane mirrors, past moving
 /// objects.
-pub fn aimed_light(scene: &Scene, places: &[Place], aims: &Aims, blockers: &[Blocker]) -> Vec<[AimedLight; 2]> {
+pub fn aimed_light(scene: &Scene, receivers: &[Receiver], aims: &Aims, blockers: &[Blocker]) -> Vec<[AimedLight; 2]> {
     let (stack, waiting) = (Stack::new(), [Waiting::NONE; LANES]);
-    let light = vec![[AimedLight::NONE; 2]; places.len()];
+    let light = vec![[AimedLight::NONE; 2]; receivers.len()];
     let mut shadows = ShadowRays { scene, blockers, stack, packet: idle(), waiting, lanes: 0, light };
     for number in 0..aims.count() {
         let source = aims.sources.iter().position(|source| source.holds(number));
-        for (number_of_place, place) in places.iter().enumerate() {
-            if let Some(aimed) = aimed(scene, place, aims, number) {
-                shadows.push(number_of_place, &aimed, source);
+        for (receiver_index, receiver) in receivers.iter().enumerate() {
+            if let Some(aimed) = aimed(scene, receiver, aims, number) {
+                shadows.push(receiver_index, &aimed, source);
             }
         }
     }
     if shadows.lanes > 0 {
         shadows.flush();
     }
-    add_reflected(scene, places, aims, blockers, &mut shadows.light);
+    add_reflected(scene, receivers, aims, blockers, &mut shadows.light);
     shadows.light
 }
 
 /// Which of at most 16 aims a sample sees: a bit each.
 pub fn visible_aims(scene: &Scene, number: usize, aims: &Aims, stack: &mut Stack) -> u32 {
-    let place = Place::of(&scene.layout.samples[number]);
+    let receiver = Receiver::of(&scene.layout.samples[number]);
     let (mut packet, mut above) = (idle(), 0_u32);
     for number in 0..aims.count() {
-        if let Some(aimed) = aimed(scene, &place, aims, number) {
+        if let Some(aimed) = aimed(scene, &receiver, aims, number) {
             set_ray(&mut packet, number, aimed.origin_m, aimed.direction, aimed.t_max);
             above |= 1 << number;
         }

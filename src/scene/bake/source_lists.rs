@@ -1,5 +1,5 @@
-//! The light of single sources at places where a render needs it beside the sum: at edges of shadows that are sharper than the distance
-//! between samples, where the visible share of a source changes and shadow rays are traced; and on normal maps.
+//! The light of single sources at sample sides where a render needs it beside the sum: at edges of shadows that are sharper than the
+//! distance between samples, where the visible share of a source changes and shadow rays are traced; and on normal maps.
 
 use super::super::light::{Bands, luminance};
 use super::super::mesh::Mesh;
@@ -16,7 +16,7 @@ const CHANGE_MIN: f32 = 0.1;
 const WIDE_CHANGE_MIN: f32 = 0.2;
 const WIDE_SHARE_CHANGE_MIN: f32 = 0.7;
 
-/// The light of one source at a place.
+/// The light of one source at a sample side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ListedLight {
     /// The source's number among the aims' sources.
@@ -25,18 +25,18 @@ pub struct ListedLight {
     pub light: SourceLight,
 }
 
-/// Sources by place: those whose shadow has an edge beside it, or those that light a surface with a normal map.
+/// Sources by sample side: those whose shadow has an edge beside it, or those that light a surface with a normal map.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SourceLists {
-    /// Where the list of each place begins, and where the last one ends; empty without any light.
+    /// Where the list of each sample side begins, and where the last one ends; empty without any light.
     pub starts: Vec<u32>,
-    /// Lists of all places, each by rising source.
+    /// Lists of all sample sides, each by rising source.
     pub lights: Vec<ListedLight>,
 }
 
 impl SourceLists {
-    /// Those whose shadow has an edge beside a place, and those that give a place of a triangle with a normal map any light; from the
-    /// irradiance of all places, steady and flickering, and from what each source sends there, which is asked for once.
+    /// Those whose shadow has an edge beside a sample side, and those that give a sample side of a triangle with a normal map any light;
+    /// from the irradiance of all sample sides, steady and flickering, and from what each source sends there, which is asked for once.
     pub fn beside_edges_and_on_normal_maps(
         mesh: &Mesh,
         layout: &Layout,
@@ -44,8 +44,8 @@ impl SourceLists {
         irradiance: [&[Bands]; 2],
         light_of: impl Fn(usize) -> Vec<SourceLight> + Send + Sync,
     ) -> [Self; 2] {
-        let lux = |place: usize| {
-            let of = |light: &[Bands]| light.get(place).map_or(0.0, |light| luminance(light.map(f64::from)));
+        let lux = |sample_side: usize| {
+            let of = |light: &[Bands]| light.get(sample_side).map_or(0.0, |light| luminance(light.map(f64::from)));
             crate::num::f32_nearest(of(irradiance[0]) + of(irradiance[1]))
         };
         let all: Vec<f32> = (0..2 * layout.samples.len()).map(lux).collect();
@@ -53,11 +53,12 @@ impl SourceLists {
         let listed = crate::parallel::collected(sources.len(), |source| {
             let light = light_of(source);
             let beside = beside_edges(layout, &sources[source], &all, &light);
-            let is_listed: [&dyn Fn(usize) -> bool; 2] =
-                [&|place| beside[place], &|place| is_mapped.get(place) == Some(&true) && light[place].received > 0.0];
+            let is_listed: [&dyn Fn(usize) -> bool; 2] = [&|sample_side| beside[sample_side], &|sample_side| {
+                is_mapped.get(sample_side) == Some(&true) && light[sample_side].received > 0.0
+            }];
             is_listed.map(|is_listed| {
-                let places = (0..all.len()).filter(|&place| is_listed(place));
-                places.map(|place| (u32_from(place), light[place])).collect::<Vec<_>>()
+                let sample_sides = (0..all.len()).filter(|&sample_side| is_listed(sample_side));
+                sample_sides.map(|sample_side| (u32_from(sample_side), light[sample_side])).collect::<Vec<_>>()
             })
         });
         [0, 1].map(|kind| {
@@ -66,13 +67,13 @@ impl SourceLists {
         })
     }
 
-    /// The lists of all places, from each source's light where it is listed, by rising place.
-    fn merged(by_source: &[&[(u32, SourceLight)]], places: usize) -> Self {
+    /// The lists of all sample sides, from each source's light where it is listed, by rising sample side.
+    fn merged(by_source: &[&[(u32, SourceLight)]], sample_sides: usize) -> Self {
         let mut lists = Self { starts: vec![0], lights: Vec::new() };
         let mut rests = by_source.to_vec();
-        for place in 0..u32_from(places) {
+        for sample_side in 0..u32_from(sample_sides) {
             for (source, rest) in (0_u32..).zip(&mut rests) {
-                if let Some((&(_, light), further)) = rest.split_first().filter(|((at, _), _)| *at == place) {
+                if let Some((&(_, light), further)) = rest.split_first().filter(|((at, _), _)| *at == sample_side) {
                     lists.lights.push(ListedLight { source, light });
                     *rest = further;
                 }
@@ -82,30 +83,30 @@ impl SourceLists {
         if lists.lights.is_empty() { Self::default() } else { lists }
     }
 
-    /// Whether the lists lie one behind another, belong to the given number of places, and name existing sources.
-    pub(super) fn is_sound(&self, places: usize) -> bool {
+    /// Whether the lists lie one behind another, belong to the given number of sample sides, and name existing sources.
+    pub(super) fn is_sound(&self, sample_sides: usize) -> bool {
         let ends_there = match (self.starts.first(), self.starts.last()) {
             (None, None) => self.lights.is_empty(),
             (Some(&first), Some(&last)) => first == 0 && index(last) == self.lights.len(),
             _ => false,
         };
         ends_there
-            && (self.starts.is_empty() || self.starts.len() == places + 1)
+            && (self.starts.is_empty() || self.starts.len() == sample_sides + 1)
             && self.starts.is_sorted()
             && self.lights.iter().all(|light| index(light.source) < SOURCES_MAX)
     }
 
-    /// The list of a place.
+    /// The list of a sample side.
     #[inline]
-    pub fn at(&self, place: usize) -> &[ListedLight] {
-        match (self.starts.get(place), self.starts.get(place + 1)) {
+    pub fn at(&self, sample_side: usize) -> &[ListedLight] {
+        match (self.starts.get(sample_side), self.starts.get(sample_side + 1)) {
             (Some(&from), Some(&to)) => &self.lights[index(from)..index(to)],
             _ => &[],
         }
     }
 }
 
-/// Which places belong to a triangle with a normal map; empty where none has one.
+/// Which sample sides belong to a triangle with a normal map; empty where none has one.
 fn on_normal_maps(mesh: &Mesh, layout: &Layout) -> Vec<bool> {
     if mesh.materials.iter().all(|material| material.maps.normal.is_none()) {
         return Vec::new();
@@ -119,20 +120,20 @@ fn on_normal_maps(mesh: &Mesh, layout: &Layout) -> Vec<bool> {
     is_mapped
 }
 
-/// Which places belong to a cell that one source's shadow ends in, or to a neighbour of such a cell: what is narrower than a cell may lie
-/// beside the samples that found it.
+/// Which sample sides belong to a cell that one source's shadow ends in, or to a neighbour of such a cell: what is narrower than a cell may
+/// lie beside the samples that found it.
 fn beside_edges(layout: &Layout, source: &Source, all: &[f32], light: &[SourceLight]) -> Vec<bool> {
     let mut on_edge = vec![false; all.len()];
-    each_cell(layout, |places| {
-        let is_narrow = source.is_narrow(layout.samples[places[0] / 2].position_m);
-        if has_edge(places.map(|place| (all[place], light[place])), is_narrow) {
-            places.into_iter().for_each(|place| on_edge[place] = true);
+    each_cell(layout, |sample_sides| {
+        let is_narrow = source.is_narrow(layout.samples[sample_sides[0] / 2].position_m);
+        if has_edge(sample_sides.map(|sample_side| (all[sample_side], light[sample_side])), is_narrow) {
+            sample_sides.into_iter().for_each(|sample_side| on_edge[sample_side] = true);
         }
     });
     let mut beside = on_edge.clone();
-    each_cell(layout, |places| {
-        if places.into_iter().any(|place| on_edge[place]) {
-            places.into_iter().for_each(|place| beside[place] = true);
+    each_cell(layout, |sample_sides| {
+        if sample_sides.into_iter().any(|sample_side| on_edge[sample_side]) {
+            sample_sides.into_iter().for_each(|sample_side| beside[sample_side] = true);
         }
     });
     beside

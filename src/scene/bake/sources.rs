@@ -50,7 +50,7 @@ pub enum Extent {
 }
 
 impl Source {
-    /// Whether it is narrow as seen from a place, so that all its points send about as much there.
+    /// Whether it is narrow as seen from a point, so that all its points send about as much there.
     pub fn is_narrow(&self, at_m: [f32; 3]) -> bool {
         match self.extent {
             Extent::Ball { middle_m, radius_m } => {
@@ -68,7 +68,7 @@ impl Source {
     }
 }
 
-/// Luminance that a place has from a source, in the scene's units: with and without what stands between.
+/// Luminance that a point on a surface has from a source, in the scene's units: with and without what stands between.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SourceLight {
     /// If nothing stood between.
@@ -109,15 +109,15 @@ pub fn sources(
         let first = lamp_points.partition_point(|point| point.lamp < lamp);
         let points = lamp_points[first..].iter().take_while(|point| point.lamp == lamp);
         let (facing, _) = around(&points.clone().map(|point| point.normal).collect::<Vec<_>>());
-        let places_m: Vec<[f32; 3]> = points.map(|point| point.position_m).collect();
-        Source { facing, ..near_source(first, &places_m, intensity) }
+        let points_m: Vec<[f32; 3]> = points.map(|point| point.position_m).collect();
+        Source { facing, ..near_source(first, &points_m, intensity) }
     };
     let mut near: Vec<Source> = (0_u32..).zip(&lamps).map(of_lamp).collect();
     let each = bulb_points.len() / bulbs.len().max(1);
     let of_bulb = |(bulb, &intensity): (usize, &f64)| {
         let points = &bulb_points[bulb * each..(bulb + 1) * each];
-        let places_m: Vec<[f32; 3]> = points.iter().map(|point| point.position_m).collect();
-        near_source(lamp_points.len() + bulb * each, &places_m, intensity)
+        let points_m: Vec<[f32; 3]> = points.iter().map(|point| point.position_m).collect();
+        near_source(lamp_points.len() + bulb * each, &points_m, intensity)
     };
     near.extend(bulbs.iter().enumerate().map(of_bulb));
     near.sort_by(|a, b| b.strength.total_cmp(&a.strength));
@@ -126,9 +126,9 @@ pub fn sources(
     sources
 }
 
-fn near_source(first: usize, places_m: &[[f32; 3]], strength: f64) -> Source {
-    let (middle_m, radius_m) = around(places_m);
-    Source { first, count: places_m.len(), extent: Extent::Ball { middle_m, radius_m }, strength, facing: [0.0; 3] }
+fn near_source(first: usize, points_m: &[[f32; 3]], strength: f64) -> Source {
+    let (middle_m, radius_m) = around(points_m);
+    Source { first, count: points_m.len(), extent: Extent::Ball { middle_m, radius_m }, strength, facing: [0.0; 3] }
 }
 
 /// The mean of some points, and how far the farthest lies from it.

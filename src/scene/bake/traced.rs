@@ -1,4 +1,4 @@
-//! The traced rays of a bake's samples, and the light of all places that follows from them.
+//! The traced rays of a bake's samples, and the light of all sample sides that follows from them.
 
 use super::super::chance::in_chunks;
 use super::super::light::{BANDS, Bands};
@@ -28,7 +28,7 @@ pub struct TracedSamples {
     pub gathered: Vec<Gathered>,
     /// What their rays met.
     pub hits: HitLists,
-    /// Whether a place lies within something closed.
+    /// Whether a sample side lies within something closed.
     pub buried: Vec<bool>,
     /// The sources that are told apart.
     pub sources: Vec<Source>,
@@ -40,14 +40,15 @@ impl TracedSamples {
     /// Samples whose rays were traced.
     #[cfg(test)]
     pub fn samples(&self) -> usize {
-        let mut all: Vec<u32> = self.gathered.iter().flat_map(|chunk| &chunk.places).map(|place| place / 2).collect();
+        let mut all: Vec<u32> =
+            self.gathered.iter().flat_map(|chunk| &chunk.sample_sides).map(|sample_side| sample_side / 2).collect();
         all.dedup();
         all.len()
     }
 
-    /// Direct light of a group at every place.
-    pub fn direct(&self, group: usize, places: usize) -> Vec<Bands> {
-        let mut light = vec![[0.0; BANDS]; places];
+    /// Direct light of a group at every sample side.
+    pub fn direct(&self, group: usize, sample_sides: usize) -> Vec<Bands> {
+        let mut light = vec![[0.0; BANDS]; sample_sides];
         for chunk in &self.gathered {
             chunk.put(&chunk.direct[group], &mut light);
         }
@@ -55,9 +56,9 @@ impl TracedSamples {
         light
     }
 
-    /// What one of the strongest sources sends to every place.
-    pub fn by_source(&self, source: usize, places: usize) -> Vec<SourceLight> {
-        let mut light = vec![[0.0; 2]; places];
+    /// What one of the strongest sources sends to every sample side.
+    pub fn by_source(&self, source: usize, sample_sides: usize) -> Vec<SourceLight> {
+        let mut light = vec![[0.0; 2]; sample_sides];
         self.gathered.iter().for_each(|chunk| chunk.put(&chunk.by_source[source], &mut light));
         interpolate(&self.stencils, &mut light);
         light.into_iter().map(|[unoccluded, received]| SourceLight { unoccluded, received }).collect()
@@ -69,7 +70,7 @@ impl TracedSamples {
         self.gathered.iter_mut().for_each(Gathered::drop_looks);
     }
 
-    /// Light of a group at every place after one more bounce.
+    /// Light of a group at every sample side after one more bounce.
     pub fn bounced(&self, group: usize, exitance: &[Bands]) -> Vec<Bands> {
         let mut light = vec![[0.0; BANDS]; exitance.len()];
         for chunks in self.gathered.chunks(CHUNKS_TOGETHER) {

@@ -6,7 +6,7 @@ use super::super::vectors::{dot, unit_normal};
 use super::surface::{Builder, Surface, world_uv};
 use crate::num::f32_from_u32;
 
-/// A vertical plane: places on it are metres along it, metres up, and metres behind its face.
+/// A vertical plane: coordinates on it are metres along it, metres up, and metres behind its face.
 #[derive(Clone, Copy, Debug)]
 pub struct Wall {
     /// Where along it is 0, at height 0.
@@ -38,8 +38,8 @@ const HEAD_PIECES: [u32; 2] = [24, 10];
 impl Wall {
     /// A point of the wall.
     pub fn at(&self, along_m: f32, up_m: f32, behind_m: f32) -> [f32; 3] {
-        let place = |axis: usize| self.origin_m[axis] + self.along[axis] * along_m - self.out[axis] * behind_m;
-        [place(0), self.origin_m[1] + up_m, place(2)]
+        let coordinate = |axis: usize| self.origin_m[axis] + self.along[axis] * along_m - self.out[axis] * behind_m;
+        [coordinate(0), self.origin_m[1] + up_m, coordinate(2)]
     }
 
     /// A direction in the wall's plane, plus a part out of it.
@@ -103,7 +103,7 @@ impl Builder {
         }
     }
 
-    /// A wall's face between two places and two heights with one opening in it, and the opening's reveal.
+    /// A wall's face between two distances along it and two heights with one opening in it, and the opening's reveal.
     pub fn pierced(
         &mut self,
         [face, reveal]: [Surface; 2],

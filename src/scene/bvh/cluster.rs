@@ -23,7 +23,7 @@ const NEAR_PASSES: usize = 2;
 /// Joins clusters that choose each other, pass by pass, until one is left. There must be a box, and coordinates must be finite.
 pub fn cluster(boxes: &[Bounds]) -> Tree {
     let leaf = |triangle: u32| Node { bounds: boxes[index(triangle)], below: Below::Triangle(triangle) };
-    let mut clusters: Vec<Node> = by_place(boxes).into_iter().map(leaf).collect();
+    let mut clusters: Vec<Node> = by_morton_code(boxes).into_iter().map(leaf).collect();
     let mut nodes = vec![clusters[0]; 2 * boxes.len() - 1];
     // From the end, so that parents stand before their children.
     let mut unused = nodes.len();
@@ -31,13 +31,13 @@ pub fn cluster(boxes: &[Bounds]) -> Tree {
     while clusters.len() > 1 {
         let partners = partners(&clusters, pass);
         let mut joined = Vec::with_capacity(clusters.len());
-        for (place, &other) in partners.iter().enumerate() {
-            if other == place || partners[other] != place {
-                joined.push(clusters[place]);
-            } else if place < other {
+        for (cluster_index, &other) in partners.iter().enumerate() {
+            if other == cluster_index || partners[other] != cluster_index {
+                joined.push(clusters[cluster_index]);
+            } else if cluster_index < other {
                 unused -= 2;
-                (nodes[unused], nodes[unused + 1]) = (clusters[place], clusters[other]);
-                let bounds = clusters[place].bounds.union(&clusters[other].bounds);
+                (nodes[unused], nodes[unused + 1]) = (clusters[cluster_index], clusters[other]);
+                let bounds = clusters[cluster_index].bounds.union(&clusters[other].bounds);
                 joined.push(Node { bounds, below: Below::Pair(u32_from(unused)) });
             }
         }
@@ -49,7 +49,7 @@ pub fn cluster(boxes: &[Bounds]) -> Tree {
 }
 
 /// Triangles in the order of their boxes' middles along a Morton curve of 21 bits an axis.
-fn by_place(boxes: &[Bounds]) -> Vec<u32> {
+fn by_morton_code(boxes: &[Bounds]) -> Vec<u32> {
     let all = boxes.iter().fold(Bounds::EMPTY, Bounds::union);
     let per_cell = (Vec3A::splat(2_097_151.0) / (all.greatest_m - all.least_m)).as_dvec3();
     let code = |bounds: &Bounds| {
@@ -77,22 +77,22 @@ const fn spread(value: u64) -> u64 {
 /// With whom each cluster joins least surface; itself where it has nobody.
 fn partners(clusters: &[Node], pass: usize) -> Vec<usize> {
     if pass >= CHOOSING_PASSES {
-        return (0..clusters.len()).map(|place| (place ^ 1).min(clusters.len() - 1)).collect();
+        return (0..clusters.len()).map(|cluster_index| (cluster_index ^ 1).min(clusters.len() - 1)).collect();
     }
     let reach = REACH[usize::from(pass >= NEAR_PASSES)];
     let mut least = vec![(f32::INFINITY, 0); clusters.len()];
-    for (place, cluster) in clusters.iter().enumerate() {
-        for other in place + 1..clusters.len().min(place + reach + 1) {
-            // Of equal surfaces the one whose places differ in lower bits: both sides prefer the same, and equal boxes pair up.
-            let cost = (cluster.bounds.union(&clusters[other].bounds).half_area_m2(), place ^ other);
-            for chooser in [place, other] {
+    for (cluster_index, cluster) in clusters.iter().enumerate() {
+        for other in cluster_index + 1..clusters.len().min(cluster_index + reach + 1) {
+            // Of equal surfaces the one whose indices differ in lower bits: both sides prefer the same, and equal boxes pair up.
+            let cost = (cluster.bounds.union(&clusters[other].bounds).half_area_m2(), cluster_index ^ other);
+            for chooser in [cluster_index, other] {
                 if cost < least[chooser] {
                     least[chooser] = cost;
                 }
             }
         }
     }
-    least.into_iter().enumerate().map(|(place, (_, difference))| place ^ difference).collect()
+    least.into_iter().enumerate().map(|(cluster_index, (_, difference))| cluster_index ^ difference).collect()
 }
 
 #[cfg(test)]

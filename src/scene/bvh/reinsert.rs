@@ -9,7 +9,7 @@ use crate::num::{index, u32_from};
 const PASSES: usize = 6;
 const FIRST_SHARE: usize = 7;
 
-/// Places that are tried for a node at most: twenty times the usual number. Where many large boxes overlap, all of them would be.
+/// Nodes that are tried as a new sibling at most: twenty times the usual number. Where many large boxes overlap, all of them would be.
 const TRIED_MAX: usize = 1000;
 
 /// Improves a tree. Its levels stay within `LEVELS_MAX`: a pass that makes it deeper is undone and is the last.
@@ -25,7 +25,7 @@ pub fn reinsert(mut tree: Tree) -> Tree {
     tree
 }
 
-/// A better place for a node.
+/// A better position for a node.
 #[derive(Clone, Copy, Debug)]
 struct Move {
     /// By how much the sum of half surfaces falls.
@@ -75,7 +75,7 @@ fn improve(tree: &mut Tree, parents: &mut [u32], count: usize) {
     let mut moves: Vec<Move> =
         largest.into_iter().filter_map(|(_, node)| best_move(tree, parents, node, &mut open)).collect();
     moves.sort_unstable_by(|a, b| b.gain_m2.total_cmp(&a.gain_m2).then(a.node.cmp(&b.node)));
-    // Moves that share a node would spoil each other's gain. An earlier move may have brought the place below the node itself.
+    // Moves that share a node would spoil each other's gain. An earlier move may have brought the new sibling below the node itself.
     let mut touched = vec![false; tree.nodes.len()];
     for Move { node, to, .. } in moves {
         let near = [node, sibling(node), index(parents[node]), to, index(parents[to])];
@@ -94,12 +94,12 @@ fn is_within(parents: &[u32], mut node: usize, other: usize) -> bool {
     node == other
 }
 
-/// The other node of a pair. The root has none; pairs begin at odd places.
+/// The other node of a pair. The root has none; pairs begin at odd indices.
 const fn sibling(node: usize) -> usize {
     ((node - 1) ^ 1) + 1
 }
 
-/// Looks for the place of greatest gain, from the node's own sibling up through its ancestors' siblings, by branch and bound.
+/// Looks for the position of greatest gain, from the node's own sibling up through its ancestors' siblings, by branch and bound.
 fn best_move(tree: &Tree, parents: &[u32], node: usize, open: &mut Vec<(f32, usize)>) -> Option<Move> {
     let (own, own_m2) = (&tree.nodes[node].bounds, tree.half_area_m2(node));
     let parent = index(parents[node]);
@@ -116,7 +116,7 @@ fn best_move(tree: &Tree, parents: &[u32], node: usize, open: &mut Vec<(f32, usi
             && let Some((saved_m2, to)) = open.pop()
         {
             tried += 1;
-            // Below this place at least the node's own surface is added.
+            // Below this position at least the node's own surface is added.
             if saved_m2 - own_m2 <= best.gain_m2 {
                 continue;
             }
@@ -140,7 +140,7 @@ fn best_move(tree: &Tree, parents: &[u32], node: usize, open: &mut Vec<(f32, usi
     }
 }
 
-/// The node's sibling takes the place of their parent; the pair's places become the children of `to`, which it takes in beside the node.
+/// The node's sibling takes the place of their parent; the pair's entries become the children of `to`, which it takes in beside the node.
 fn carry_out(tree: &mut Tree, parents: &mut [u32], node: usize, to: usize) {
     let (beside, parent) = (sibling(node), index(parents[node]));
     let bounds = tree.nodes[to].bounds.union(&tree.nodes[node].bounds);
@@ -201,13 +201,13 @@ mod tests {
 
     /// Small boxes, of which every `large_every`th spans them all.
     fn scattered(count: usize, large_every: usize) -> Vec<Bounds> {
-        let place = |n: usize| {
+        let middle_m = |n: usize| {
             let key = DrawKey::root(5).with(u64_from(n));
             let ([x, y], [z, _]) = (pair(key, 0), pair(key, 1));
             Vec3A::new(f32_nearest(x), f32_nearest(y), f32_nearest(z))
         };
         let half_m = |n: usize| if (n + 1).is_multiple_of(large_every) { 1.0 } else { 0.01 };
-        (0..count).map(|n| cube(place(n), half_m(n))).collect()
+        (0..count).map(|n| cube(middle_m(n), half_m(n))).collect()
     }
 
     /// Every triangle once, boxes that just hold what is below, and no deeper than promised. Gives back the sum of half surfaces.

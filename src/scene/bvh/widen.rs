@@ -14,11 +14,11 @@ pub const BLOCK: usize = 8;
 /// a ray meets them: both test eight boxes or triangles at a time. So whatever fits a block becomes one.
 #[derive(Clone, Copy)]
 struct Choice {
-    /// With one, two, ... places in the wide node above.
+    /// With one, two, ... slots in the wide node above.
     cost: [f32; CHILDREN],
-    /// How many of those places its first child has; 0 where one place fewer costs no more.
+    /// How many of those slots its first child has; 0 where one slot fewer costs no more.
     first_has: [u8; CHILDREN],
-    /// If it becomes a wide node: how many of that node's places its first child has.
+    /// If it becomes a wide node: how many of that node's slots its first child has.
     first_has_within: u8,
     /// Triangles below.
     triangles: u32,
@@ -54,18 +54,17 @@ impl<'a> Choices<'a> {
     pub fn children(&self, node: usize) -> Vec<usize> {
         let mut found = Vec::with_capacity(CHILDREN);
         let mut open = vec![(node, self.choices[node].first_has_within, CHILDREN)];
-        while let Some((node, first_has, places)) = open.pop() {
+        while let Some((node, first_has, slots)) = open.pop() {
             let below = self.tree.pair(node).expect("only inner nodes share out places");
-            for (child, mut places) in below.into_iter().zip([usize::from(first_has), places - usize::from(first_has)])
-            {
+            for (child, mut slots) in below.into_iter().zip([usize::from(first_has), slots - usize::from(first_has)]) {
                 let first_has = &self.choices[child].first_has;
-                while places > 1 && first_has[places - 1] == 0 {
-                    places -= 1;
+                while slots > 1 && first_has[slots - 1] == 0 {
+                    slots -= 1;
                 }
-                if places == 1 {
+                if slots == 1 {
                     found.push(child);
                 } else {
-                    open.push((child, first_has[places - 1], places));
+                    open.push((child, first_has[slots - 1], slots));
                 }
             }
         }
@@ -91,11 +90,11 @@ fn leaf(area_m2: f32) -> Choice {
 }
 
 fn inner(area_m2: f32, [first, second]: [&Choice; 2]) -> Choice {
-    // The best way to share out some places between the two.
-    let shared = |places: usize| {
+    // The best way to share out some slots between the two.
+    let shared = |slots: usize| {
         let mut best = (f32::INFINITY, 1);
-        for (has, own) in (1..places).zip(1..) {
-            let cost = first.cost[has - 1] + second.cost[places - has - 1];
+        for (has, own) in (1..slots).zip(1..) {
+            let cost = first.cost[has - 1] + second.cost[slots - has - 1];
             if cost < best.0 {
                 best = (cost, own);
             }
@@ -107,11 +106,11 @@ fn inner(area_m2: f32, [first, second]: [&Choice; 2]) -> Choice {
     let is_block = triangles <= u32_from(BLOCK);
     let alone = if is_block { area_m2 } else { area_m2 + below };
     let (mut cost, mut first_has) = ([alone; CHILDREN], [0; CHILDREN]);
-    for places in 2..=CHILDREN {
-        let (shared, has) = shared(places);
-        let is_less = shared < cost[places - 2];
-        cost[places - 1] = if is_less { shared } else { cost[places - 2] };
-        first_has[places - 1] = if is_less { has } else { 0 };
+    for slots in 2..=CHILDREN {
+        let (shared, has) = shared(slots);
+        let is_less = shared < cost[slots - 2];
+        cost[slots - 1] = if is_less { shared } else { cost[slots - 2] };
+        first_has[slots - 1] = if is_less { has } else { 0 };
     }
     Choice { cost, first_has, first_has_within, triangles, is_block }
 }
@@ -137,7 +136,7 @@ mod tests {
     use crate::num::{f32_nearest, u64_from};
     use crate::scene::chance::pair;
 
-    /// The least cost of a node and all below it in one place, by trying every set of at most eight nodes as its children.
+    /// The least cost of a node and all below it in one slot, by trying every set of at most eight nodes as its children.
     fn by_trying_all(tree: &Tree, node: usize) -> f32 {
         let Some(below) = tree.pair(node).filter(|_| leaves(tree, node) > BLOCK) else {
             return tree.half_area_m2(node);

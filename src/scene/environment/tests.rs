@@ -19,7 +19,7 @@ fn texels(width: u32) -> Vec<[f32; 3]> {
 }
 
 #[test]
-fn directions_and_places_in_the_picture_go_back_and_forth() {
+fn directions_and_points_of_the_picture_go_back_and_forth() {
     let mut tried = 0;
     for yaw_deg in [0.0, 90.0, -200.0] {
         let environment = Environment::from_texels("e", 64, &texels(64), yaw_deg).unwrap();
@@ -120,7 +120,7 @@ fn no_texel_however_bright_makes_an_aim_stronger_than_the_others() {
 }
 
 #[test]
-fn bad_pictures_are_refused_with_the_place_and_harmless_ones_repaired() {
+fn bad_pictures_are_refused_with_row_and_column_and_harmless_ones_repaired() {
     let good = texels(16);
     let mut tried = 0;
     for (value, word) in [(f32::NAN, "finite"), (f32::INFINITY, "finite")] {

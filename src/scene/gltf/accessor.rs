@@ -24,7 +24,7 @@ fn number(word: &[u8], kind: DataType, is_share: bool) -> f32 {
 }
 
 impl Buffers<'_> {
-    /// `count` elements of `bytes` bytes from a place in a view, each `stride` bytes after the one before.
+    /// `count` elements of `bytes` bytes from an offset in a view, each `stride` bytes after the one before.
     fn spaced(
         &self,
         what: &str,
@@ -62,14 +62,15 @@ impl Buffers<'_> {
             None => vec![read(&ZEROS[..bytes]); count],
         };
         if let Some(sparse) = accessor.sparse() {
-            let (places, values) = (sparse.indices(), sparse.values());
-            let width = places.index_type().size();
+            let (indices, values) = (sparse.indices(), sparse.values());
+            let width = indices.index_type().size();
             let what = format!("{what}'s sparse part");
-            let places = self.spaced(&what, &places.view(), places.offset(), sparse.count(), width)?;
+            let indices = self.spaced(&what, &indices.view(), indices.offset(), sparse.count(), width)?;
             let values = self.spaced(&what, &values.view(), values.offset(), sparse.count(), bytes)?;
-            for (place, value) in places.map(little_endian).zip(values) {
-                *elements.get_mut(index(place)).ok_or_else(|| format!("{what} names element {place} of {count}"))? =
-                    read(value);
+            for (element, value) in indices.map(little_endian).zip(values) {
+                *elements
+                    .get_mut(index(element))
+                    .ok_or_else(|| format!("{what} names element {element} of {count}"))? = read(value);
             }
         }
         Ok(elements)

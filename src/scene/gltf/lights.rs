@@ -16,16 +16,16 @@ use crate::num::{f32_nearest, index};
 /// Radius of the lamps: a small bulb.
 const RADIUS_M: f32 = 0.03;
 
-/// Farthest place of a light along each axis; beyond it are no coordinates.
-const PLACE_MAX_M: f64 = 0.9e6;
+/// Farthest position of a light along each axis; beyond it are no coordinates.
+const POSITION_MAX_M: f64 = 0.9e6;
 
-/// Directional lights at most: every place aims rays at each.
+/// Directional lights at most: every sample aims rays at each.
 const DISTANT_MAX: usize = 64;
 
 /// Puts a lamp where a light is; a directional one shines from beyond all surfaces, in lux.
 /// Units: glTF's candela and nits go together, so a ball of intensity I whose triangles have the area A,
 /// a quarter of which is seen in the mean of all directions, has the radiance 4 I / A. Fails on more triangles than a scene may have.
-pub fn place(reader: &mut Reader<'_>, light: &Light<'_>, world_from_node: DMat4) -> Result<(), String> {
+pub fn append(reader: &mut Reader<'_>, light: &Light<'_>, world_from_node: DMat4) -> Result<(), String> {
     let intensity = f64::from(light.intensity());
     if !(intensity.is_finite() && intensity > 0.0) {
         reader.notes.add("lights without intensity are left out");
@@ -56,7 +56,7 @@ pub fn place(reader: &mut Reader<'_>, light: &Light<'_>, world_from_node: DMat4)
         }
     };
     let centre_m = world_from_node.w_axis.truncate();
-    if !centre_m.to_array().iter().all(|x| x.abs() <= PLACE_MAX_M) {
+    if !centre_m.to_array().iter().all(|x| x.abs() <= POSITION_MAX_M) {
         reader.notes.add("a light farther than 9e5 m is left out");
         return Ok(());
     }

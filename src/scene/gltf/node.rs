@@ -17,7 +17,7 @@ use super::container::Container;
 use super::content::{Content, MovingPart, Notes};
 use super::material::MaterialMapping;
 use super::pictures::{called, share};
-pub use super::reader::{NodePlace, Part, Reader};
+pub use super::reader::{NodeTransform, Part, Reader};
 use crate::num::{f32_nearest, index, u32_from};
 use crate::pose::Pose;
 
@@ -53,15 +53,15 @@ impl<'a> Reader<'a> {
         Content { mesh: self.mesh, moving, viewpoints: self.viewpoints, notes: self.notes.0 }
     }
 
-    pub fn node(&mut self, node: &Node<'_>, parent: &NodePlace, depth: usize) -> Result<(), String> {
+    pub fn node(&mut self, node: &Node<'_>, parent: &NodeTransform, depth: usize) -> Result<(), String> {
         if depth > DEPTH_MAX {
             return Err(format!("its nodes are nested deeper than {DEPTH_MAX}"));
         }
         if std::mem::replace(&mut self.met[node.index()], true) {
             return Err(format!("node {} is in a cycle or has two parents; use a tree", node.index()));
         }
-        let place = self.place(node, parent);
-        let NodePlace { world_from_node, part_from_node, part } = place;
+        let transform = self.node_transform(node, parent);
+        let NodeTransform { world_from_node, part_from_node, part } = transform;
         if !world_from_node.is_finite() {
             return Err(format!("node {} has a transform that is not finite", node.index()));
         }
@@ -74,12 +74,14 @@ impl<'a> Reader<'a> {
             if mesh.primitives().any(|primitive| primitive.morph_targets().len() > 0) {
                 self.notes.add(format!("{name}: its morph targets are not read"));
             }
-            let places = self.instances(node, &mesh)?;
+            let instances = self.instances(node, &mesh)?;
             let before = self.mesh.triangles.len();
-            for part_from_instance in places.into_iter().map(|place| part_from_node * place) {
+            for part_from_instance in
+                instances.into_iter().map(|node_from_instance| part_from_node * node_from_instance)
+            {
                 for primitive in mesh.primitives() {
-                    let place = format!("mesh {} primitive {}", mesh.index(), primitive.index());
-                    self.primitive(&primitive, part_from_instance).map_err(|reason| format!("{place}: {reason}"))?;
+                    let whose = format!("mesh {} primitive {}", mesh.index(), primitive.index());
+                    self.primitive(&primitive, part_from_instance).map_err(|reason| format!("{whose}: {reason}"))?;
                 }
             }
             if let Some(part) = part {
@@ -102,16 +104,16 @@ impl<'a> Reader<'a> {
                 self.notes.add("lights that an animation moves stay where they are without it");
             }
             self.judge_light()?;
-            super::lights::place(self, &light, world_from_node)?;
+            super::lights::append(self, &light, world_from_node)?;
         }
         for child in node.children() {
-            self.node(&child, &place, depth + 1)?;
+            self.node(&child, &transform, depth + 1)?;
         }
         Ok(())
     }
 
-    /// Where a node is. One that the animation moves begins a new part.
-    fn place(&mut self, node: &Node<'_>, parent: &NodePlace) -> NodePlace {
+    /// The transform of a node. One that the animation moves begins a new part.
+    fn node_transform(&mut self, node: &Node<'_>, parent: &NodeTransform) -> NodeTransform {
         let parent_from_node = self.parent_from_node(node);
         let Some(tracks) = self.tracks.get(&node.index()).cloned() else { return parent.child(parent_from_node) };
         let name = node.name().map_or_else(|| format!("node {}", node.index()), str::to_owned);
@@ -130,7 +132,7 @@ impl<'a> Reader<'a> {
         let chain = above.with(Joint::fixed(pose)).with(joint);
         self.parts.push(Part { name, chain, triangles: Vec::new() });
         let part_from_node = DMat4::from_scale(wide(own) * scale);
-        NodePlace { part_from_node, part: Some(self.parts.len() - 1), ..parent.child(parent_from_node) }
+        NodeTransform { part_from_node, part: Some(self.parts.len() - 1), ..parent.child(parent_from_node) }
     }
 
     /// A node's own transform; a rotation that is no unit quaternion is made one.
@@ -176,19 +178,19 @@ impl<'a> Reader<'a> {
         let moves = moves.map(|a| self.buffers.floats::<3>(&a)).transpose().map_err(refuse)?;
         let turns = turns.map(|a| self.buffers.floats::<4>(&a)).transpose().map_err(refuse)?;
         let scales = scales.map(|a| self.buffers.floats::<3>(&a)).transpose().map_err(refuse)?;
-        let mut places = Vec::with_capacity(count);
+        let mut transforms = Vec::with_capacity(count);
         for number in 0..count {
             let turn = turns.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |turns| turns[number]);
             let turn = self.unit_turn(turn, || format!("an instance of node {}", node.index()));
             let scale = scales.as_ref().map_or(DVec3::ONE, |scales| wide(scales[number]));
-            let place = moves.as_ref().map_or(DVec3::ZERO, |moves| wide(moves[number]));
-            let place = DMat4::from_scale_rotation_translation(scale, turn, place);
-            if !place.is_finite() {
+            let translation = moves.as_ref().map_or(DVec3::ZERO, |moves| wide(moves[number]));
+            let node_from_instance = DMat4::from_scale_rotation_translation(scale, turn, translation);
+            if !node_from_instance.is_finite() {
                 return Err(refuse(format!("instance {number} has a transform that is not finite")));
             }
-            places.push(place);
+            transforms.push(node_from_instance);
         }
-        Ok(places)
+        Ok(transforms)
     }
 
     /// Refuses what would make the scene too large, before anything of it is made.
@@ -198,10 +200,10 @@ impl<'a> Reader<'a> {
             primitive.indices().map_or(vertices, |a| a.count()).max(vertices) / 3
         };
         let each = mesh.primitives().map(size).fold(0, usize::saturating_add);
-        // Each place takes memory, even that of an empty mesh.
+        // Each instance takes memory, even that of an empty mesh.
         if each.max(1).saturating_mul(instances).saturating_add(self.size()) > TRIANGLES_MAX {
-            let place = format!("mesh {}, {instances} times", mesh.index());
-            return Err(format!("{place}: the scene has more than {TRIANGLES_MAX} triangles"));
+            let whose = format!("mesh {}, {instances} times", mesh.index());
+            return Err(format!("{whose}: the scene has more than {TRIANGLES_MAX} triangles"));
         }
         Ok(())
     }

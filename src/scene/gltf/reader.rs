@@ -38,7 +38,7 @@ pub struct Part {
 }
 
 #[derive(Clone, Debug)]
-pub struct NodePlace {
+pub struct NodeTransform {
     /// In the world, where nothing is animated.
     pub(super) world_from_node: DMat4,
     /// In the part that moves it; in the world where none does.
@@ -46,7 +46,7 @@ pub struct NodePlace {
     pub(super) part: Option<usize>,
 }
 
-impl NodePlace {
+impl NodeTransform {
     pub fn root(world_from_file: DMat4) -> Self {
         Self { world_from_node: world_from_file, part_from_node: world_from_file, part: None }
     }

@@ -5,7 +5,7 @@ use super::super::build::{Builder, Opening, Wall, profile};
 use super::plan::{BAY_M, BAYS, COLUMN_M, HALF_LENGTH_M, HALF_WALL_M, HallMaterials, OUTER_M, SPRING_M};
 use crate::num::f32_from_i32;
 
-pub(super) fn place(builder: &mut Builder, stuff: &HallMaterials) {
+pub(super) fn build(builder: &mut Builder, stuff: &HallMaterials) {
     for row in 0..15 {
         let z_m = -21.0 + 1.35 * f32_from_i32(row);
         for x_m in [-4.9, 1.1] {

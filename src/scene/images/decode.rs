@@ -130,8 +130,8 @@ impl Picture {
             for (at, &value) in channel.plane.values().iter().enumerate() {
                 if !(value.is_finite() && value >= 0.0) {
                     let (x, y) = (at % index(size.width_px), at / index(size.width_px));
-                    let place = format!("channel {} at column {x}, row {y}", channel.name);
-                    let reason = format!("holds {value} in {place}; use finite light of at least 0");
+                    let pixel = format!("channel {} at column {x}, row {y}", channel.name);
+                    let reason = format!("holds {value} in {pixel}; use finite light of at least 0");
                     return Err(Error::content(name, reason));
                 }
                 values[at * channels + number] = match transfer {

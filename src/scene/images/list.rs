@@ -108,9 +108,9 @@ pub fn at_rate(files: &[String], rate_hz: f64) -> Result<Vec<f64>, Error> {
     let numbers: Option<Vec<u32>> = files.iter().map(|file| number_of(file)).collect();
     let in_order = || (0..files.len()).map(crate::num::u32_from).collect();
     let numbers: Vec<u32> = numbers.unwrap_or_else(in_order);
-    if let Some(place) = numbers.windows(2).position(|pair| pair[1] <= pair[0]) {
-        let reason = format!("its number is not above that of {}; use rising numbers", files[place]);
-        return Err(Error::content(&files[place + 1], reason));
+    if let Some(first) = numbers.windows(2).position(|pair| pair[1] <= pair[0]) {
+        let reason = format!("its number is not above that of {}; use rising numbers", files[first]);
+        return Err(Error::content(&files[first + 1], reason));
     }
     Ok(numbers.iter().map(|&number| f64::from(number - numbers[0]) / rate_hz).collect())
 }

@@ -1,4 +1,4 @@
-//! Lamps that a scenario adds. Converts place, shape, lumens and colour temperature to emissive triangles with luminance in cd/m^2.
+//! Lamps that a scenario adds. Converts position, shape, lumens and colour temperature to emissive triangles with luminance in cd/m^2.
 
 use serde::{Deserialize, Serialize};
 
@@ -116,13 +116,13 @@ pub fn append_ball(mesh: &mut Mesh, material: u32, middle_m: [f32; 3], radius_m:
                 vertices.push(Vertex { position_m, normal, uv: [0.0; 2] });
             }
         }
-        let place = |column: u32, row: u32| base + row * (2 * BALL_STEPS + 3 - row) / 2 + column;
+        let vertex = |column: u32, row: u32| base + row * (2 * BALL_STEPS + 3 - row) / 2 + column;
         for row in 0..BALL_STEPS {
             for column in 0..(BALL_STEPS - row) {
                 // The mesh turns each triangle to its normals.
-                triangles.push([place(column, row), place(column + 1, row), place(column, row + 1)]);
+                triangles.push([vertex(column, row), vertex(column + 1, row), vertex(column, row + 1)]);
                 if column + row + 1 < BALL_STEPS {
-                    triangles.push([place(column + 1, row), place(column + 1, row + 1), place(column, row + 1)]);
+                    triangles.push([vertex(column + 1, row), vertex(column + 1, row + 1), vertex(column, row + 1)]);
                 }
             }
         }

@@ -1,7 +1,7 @@
-//! Light that reaches an object where it moves: found at places along its path, and mixed in between.
+//! Light that reaches an object where it moves: found at instants along its path, and mixed in between.
 //!
 //! The object receives direct light with the shadows of the fixed scene, of all objects and of itself, and the light that the fixed
-//! scene's surfaces send back. Objects in the way of that are taken to be as bright as the place that they hide it from: where they hide a
+//! scene's surfaces send back. Objects in the way of that are taken to be as bright as the point that they hide it from: where they hide a
 //! share f of the light from all around, a surface of albedo a has 1 / (1 - f a) times what comes past them. They send no light to the
 //! fixed scene, which they shade in the render (`optics/render/shadows`).
 
@@ -10,10 +10,10 @@ use std::sync::OnceLock;
 
 use super::super::bake::Bake;
 use super::super::bake::aims::Aims;
-use super::super::bake::at_place::LightAt;
 use super::super::bake::blockers::Blocker;
 use super::super::bake::buried::{fill, stand_ins};
-use super::super::bake::rays::Place;
+use super::super::bake::light_at::LightAt;
+use super::super::bake::rays::Receiver;
 use super::super::geometry::Scene;
 use super::super::light::{BANDS, Bands};
 use super::data::{ExitanceBounds, LitScene};
@@ -26,11 +26,11 @@ use crate::units::Span;
 const LAMP_RAYS: usize = 128;
 /// Directions from which a sample of an object gathers the light of surfaces.
 const RAYS: usize = 256;
-/// Time between the places at which the light is found: 0.14 m of a walk.
+/// Time between the instants at which the light is found: 0.14 m of a walk.
 const STEP_S: f64 = 0.1;
-/// Places at most; the step doubles until no more are needed.
+/// Instants at most; the step doubles until no more are needed.
 const STEPS_MAX: f64 = 256.0;
-/// A place from which objects hide more than this share of all directions, by their cosine, lies within one of them.
+/// A point from which objects hide more than this share of all directions, by their cosine, lies within one of them.
 const HIDDEN_MIN: f64 = 0.875;
 
 /// An object's shape and its irradiance at equal steps of time.
@@ -97,9 +97,9 @@ impl ObjectLight {
     pub fn at(&self, t_s: f64) -> LitScene {
         let LightSteps { start_s, step_s, steps } = &self.light;
         let last = steps.len() - 1;
-        let place = ((t_s - start_s) / step_s).clamp(0.0, f64_from_usize(last));
-        let before = index(u32_truncated(place));
-        self.mixed(before, (before + 1).min(last), f32_nearest(place - f64_from_usize(before)))
+        let step = ((t_s - start_s) / step_s).clamp(0.0, f64_from_usize(last));
+        let before = index(u32_truncated(step));
+        self.mixed(before, (before + 1).min(last), f32_nearest(step - f64_from_usize(before)))
     }
 
     /// Bounds of the light that leaves it at any time.
@@ -145,30 +145,30 @@ fn irradiance(
     let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
     let narrow = |v: DVec3| v.to_array().map(f32_nearest);
     let samples = &shape.layout.samples;
-    let of_side = |place: usize, blockers: &[Blocker]| {
-        let sample = &samples[place / 2];
-        let side = place % 2;
+    let of_side = |sample_side: usize, blockers: &[Blocker]| {
+        let sample = &samples[sample_side / 2];
+        let side = sample_side % 2;
         if side == 1 && !sample.double_sided {
             return ([[0.0; BANDS]; 2], false);
         }
         let normal = world_from_object.direction(wide(sample.normal)) * if side == 0 { 1.0 } else { -1.0 };
         let at_m = world_from_object.point(wide(sample.position_m));
-        let place = Place { at_m: narrow(at_m), normal: narrow(normal), sides: 1 };
-        let LightAt { by_group, hidden, .. } = fixed.scene.light_at(&place, aims, baked, per_unit, blockers);
+        let receiver = Receiver { at_m: narrow(at_m), normal: narrow(normal), sides: 1 };
+        let LightAt { by_group, hidden, .. } = fixed.scene.light_at(&receiver, aims, baked, per_unit, blockers);
         let of = |light: f64, albedo: f32| f32_nearest(light / (1.0 - hidden * f64::from(albedo)));
         let lux = by_group.map(|light| std::array::from_fn(|band| of(light[band], sample.albedo[band])));
         (lux, hidden > HIDDEN_MIN)
     };
-    let mut found = collected(2 * samples.len(), |place| of_side(place, blockers));
+    let mut found = collected(2 * samples.len(), |sample_side| of_side(sample_side, blockers));
     // What lies within another part takes the light of its neighbour; without one, as of a neck whose corners are all in head and trunk,
     // that of the part by itself.
     let mut is_hidden: Vec<bool> = found.iter().map(|&(_, is_hidden)| is_hidden).collect();
-    let neighbours = stand_ins(&shape.layout, |place| is_hidden[place]);
+    let neighbours = stand_ins(&shape.layout, |sample_side| is_hidden[sample_side]);
     fill(&mut found, &neighbours);
-    neighbours.iter().for_each(|&(place, _)| is_hidden[index(place)] = false);
-    let alone: Vec<usize> = (0..found.len()).filter(|&place| is_hidden[place]).collect();
+    neighbours.iter().for_each(|&(sample_side, _)| is_hidden[index(sample_side)] = false);
+    let alone: Vec<usize> = (0..found.len()).filter(|&sample_side| is_hidden[sample_side]).collect();
     let light = collected(alone.len(), |number| of_side(alone[number], &[]));
-    alone.iter().zip(light).for_each(|(&place, light)| found[place] = light);
+    alone.iter().zip(light).for_each(|(&sample_side, light)| found[sample_side] = light);
     let flickering =
         if fixed.flicker.is_some() { found.iter().map(|(light, _)| light[1]).collect() } else { Vec::new() };
     let steady = found.iter().map(|(light, _)| light[0]).collect();

@@ -84,8 +84,8 @@ impl LitScene {
     ) -> Bands {
         let mut added = [0.0; BANDS];
         let mut even = self.irradiance_of(*around, lamp_level);
-        for &(place, weight) in around {
-            for light in shadows.on_normal_maps(place) {
+        for &(sample_side, weight) in around {
+            for light in shadows.on_normal_maps(sample_side) {
                 let level = if shadows.flickers(light.source) { lamp_level } else { 1.0 };
                 let lux = light.light.received * weight * level;
                 let is_asked = asked >> light.source & 1 != 0;

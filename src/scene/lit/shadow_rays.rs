@@ -2,7 +2,7 @@
 
 use super::super::bake::Source;
 use super::super::bake::aims::{Aimed, aimed};
-use super::super::bake::rays::Place;
+use super::super::bake::rays::Receiver;
 use super::super::light::luminance;
 use super::super::vectors::dot;
 use super::data::LitScene;
@@ -29,21 +29,26 @@ impl LitScene {
         self.shadows.as_deref()
     }
 
-    /// Places on the side that a ray meets of the three samples around a hit, with their weights; and the unit normal of that side.
+    /// Sample sides that a ray meets, of the three samples around a hit, with their weights; and the unit normal of that side.
     #[inline]
-    pub fn places_around(&self, triangle: u32, [u, v]: [f32; 2], direction: [f32; 3]) -> ([(usize, f32); 3], [f32; 3]) {
+    pub fn sample_sides_around(
+        &self,
+        triangle: u32,
+        [u, v]: [f32; 2],
+        direction: [f32; 3],
+    ) -> ([(usize, f32); 3], [f32; 3]) {
         let shade = &self.scene.layout.triangles[index(triangle)];
         let back = dot(shade.normal, direction) > 0.0;
         (on_side(shade.around(u, v), back), if back { shade.normal.map(|x| -x) } else { shade.normal })
     }
 
-    /// Luminance of the steady baked light at a place.
+    /// Luminance of the steady baked light at a sample side.
     #[inline]
-    pub fn baked_lux(&self, place: usize) -> f32 {
-        f32_nearest(luminance(self.irradiance_lux[place].map(f64::from)))
+    pub fn baked_lux(&self, sample_side: usize) -> f32 {
+        f32_nearest(luminance(self.irradiance_lux[sample_side].map(f64::from)))
     }
 
-    /// A ray from a place on a triangle, on one side of it, to a point of a source that a number of 0..1 chooses; none where that stands
+    /// A ray from a point on a triangle, on one side of it, to a point of a source that a number of 0..1 chooses; none where that stands
     /// below the plane, or barely above it.
     pub fn shadow_ray(
         &self,
@@ -54,7 +59,7 @@ impl LitScene {
     ) -> Option<Aimed> {
         let Source { first, count, .. } = shadows.aims.sources[index(source)];
         let chosen = first + below(count, number)?;
-        let ray = aimed(&self.scene, &Place { at_m, normal, sides: 1 }, &shadows.aims, chosen)?;
+        let ray = aimed(&self.scene, &Receiver { at_m, normal, sides: 1 }, &shadows.aims, chosen)?;
         let length2 = dot(ray.direction, ray.direction);
         let cos = dot(ray.direction, normal);
         (cos > 0.0 && cos * cos > GRAZING * GRAZING * length2).then_some(ray)
@@ -67,20 +72,20 @@ impl LitScene {
         shadows: &Shadows,
         (at_m, normal): ([f32; 3], [f32; 3]),
         source: u32,
-        (number, place): (f32, impl FnOnce() -> f32),
+        (number, within_quarter): (f32, impl FnOnce() -> f32),
     ) -> Option<Aimed> {
         let of_source = &shadows.aims.sources[index(source)];
         if of_source.is_narrow(at_m) || of_source.count < QUARTERS {
             return self.shadow_ray(shadows, (at_m, normal), source, number);
         }
         let quarter = of_source.count / QUARTERS;
-        let within = below(quarter, place())?;
+        let within = below(quarter, within_quarter())?;
         let mut points = [None; QUARTERS];
         let (mut sent, mut sum) = ([0.0; QUARTERS], 0.0);
         for at in 0..QUARTERS {
             points[at] = aimed(
                 &self.scene,
-                &Place { at_m, normal, sides: 1 },
+                &Receiver { at_m, normal, sides: 1 },
                 &shadows.aims,
                 of_source.first + at * quarter + within,
             );

@@ -37,7 +37,7 @@ pub struct Shadows {
     on_normal_maps: SourceLists,
     /// Whether shadows are traced at all.
     are_traced: bool,
-    /// The sources of each place's list, a bit each; empty without edges.
+    /// The sources of each sample side's list, a bit each; empty without edges.
     sources_at: Vec<u16>,
     /// Where all sources are, and where each is.
     towards: Towards,
@@ -49,7 +49,7 @@ pub struct Shadows {
 #[derive(Clone, Copy, Debug)]
 pub struct Towards {
     /// Middle in metres, or direction where it is infinitely far.
-    place: Vectors,
+    middle_or_direction: Vectors,
     /// Radius in metres, or as an angle.
     radius: Floats,
     /// Greatest lux, at a metre from what is near.
@@ -66,7 +66,7 @@ impl Towards {
     /// One source in all lanes.
     #[inline(always)]
     fn one(source: &Source, lux_per_unit: f64) -> Self {
-        let (place, radius, is_far, is_wide) = match source.extent {
+        let (middle_or_direction, radius, is_far, is_wide) = match source.extent {
             Extent::Ball { middle_m, radius_m } => (middle_m, radius_m, 0, false),
             Extent::Cone { direction, radius_rad } => (direction, radius_rad, u32::MAX, radius_rad > WIDE_RAD),
         };
@@ -75,7 +75,7 @@ impl Towards {
         let facing = splat3(source.facing);
         let spread = Floats::splat(1.0 - dot(source.facing, source.facing).sqrt());
         Self {
-            place: splat3(place),
+            middle_or_direction: splat3(middle_or_direction),
             radius,
             strength_lux,
             facing,
@@ -89,7 +89,7 @@ impl Towards {
         let (zero, none) = (Floats::splat(0.0), Mask([0; LANES]));
         let nowhere = [zero; 3];
         let mut all = Self {
-            place: nowhere,
+            middle_or_direction: nowhere,
             radius: zero,
             strength_lux: zero,
             facing: nowhere,
@@ -116,7 +116,7 @@ impl Towards {
     #[inline(always)]
     fn set(&mut self, lane: usize, one: &Self) {
         for axis in 0..3 {
-            self.place[axis].0[lane] = one.place[axis].0[lane];
+            self.middle_or_direction[axis].0[lane] = one.middle_or_direction[axis].0[lane];
         }
         self.radius.0[lane] = one.radius.0[lane];
         self.strength_lux.0[lane] = one.strength_lux.0[lane];
@@ -127,19 +127,19 @@ impl Towards {
         (self.is_far.0[lane], self.is_source.0[lane]) = (one.is_far.0[lane], one.is_source.0[lane]);
     }
 
-    /// Whether sources may give places more than the given lux.
+    /// Whether sources may give points more than the given lux.
     #[inline(always)]
     pub fn may_give(&self, at_m: &Vectors, lux: f32) -> Mask {
-        let way_m = unrolled!(AXIS in 3 => self.place[AXIS] - at_m[AXIS]);
+        let way_m = unrolled!(AXIS in 3 => self.middle_or_direction[AXIS] - at_m[AXIS]);
         let distance2 = self.is_far.select(Floats::splat(1.0), dot3(way_m, way_m));
         (Floats::splat(lux) * distance2).at_most(self.strength_lux) & self.is_source
     }
 
-    /// About how many lux each source gives a place with a normal, if nothing stands between: from its middle.
+    /// About how many lux each source gives a point with a normal, if nothing stands between: from its middle.
     #[inline(always)]
     pub fn lux_at(&self, at_m: [f32; 3], normal: [f32; 3]) -> Floats {
         let (zero, at_m) = (Floats::splat(0.0), splat3(at_m));
-        let way = unrolled!(AXIS in 3 => self.is_far.select(self.place[AXIS], self.place[AXIS] - at_m[AXIS]));
+        let way = unrolled!(AXIS in 3 => self.is_far.select(self.middle_or_direction[AXIS], self.middle_or_direction[AXIS] - at_m[AXIS]));
         let distance2 = dot3(way, way);
         let cos_here = dot3(way, splat3(normal)).greater(zero);
         let cos_there = (zero - dot3(way, self.facing)).greater(zero);
@@ -154,12 +154,12 @@ impl Towards {
         lux
     }
 
-    /// Whether a ball may stand between places, each known to `slack_m`, and sources.
+    /// Whether a ball may stand between points, each known to `slack_m`, and sources.
     #[inline(always)]
     pub fn may_be_blocked(&self, (middle_m, radius_m): ([f32; 3], f32), at_m: &Vectors, slack_m: Floats) -> Mask {
         let middle_m = splat3(middle_m);
         let way_m = unrolled!(AXIS in 3 => middle_m[AXIS] - at_m[AXIS]);
-        let to = unrolled!(AXIS in 3 => self.is_far.select(self.place[AXIS], self.place[AXIS] - at_m[AXIS]));
+        let to = unrolled!(AXIS in 3 => self.is_far.select(self.middle_or_direction[AXIS], self.middle_or_direction[AXIS] - at_m[AXIS]));
         let along = dot3(way_m, to);
         let of_source = self.is_far.select(along.abs() * self.radius, self.radius);
         let reach_m = Floats::splat(radius_m) + slack_m + of_source;
@@ -192,7 +192,7 @@ impl Shadows {
             }
             lists
         });
-        let bits = |place: usize| edges.at(place).iter().fold(0, |bits, light| bits | 1 << light.source);
+        let bits = |sample_side: usize| edges.at(sample_side).iter().fold(0, |bits, light| bits | 1 << light.source);
         let sources_at = (0..edges.starts.len().saturating_sub(1)).map(bits).collect();
         let towards_each: Vec<Towards> = aims.sources.iter().map(|source| Towards::one(source, lux_per_unit)).collect();
         let (towards, lux_per_unit) = (Towards::all(&towards_each), f32_nearest(lux_per_unit));
@@ -231,7 +231,7 @@ impl Shadows {
         &self.towards_each
     }
 
-    /// Lux by band that a source gives a place if all of it sends what a ray towards one of its points does.
+    /// Lux by band that a source gives a point if all of it sends what a ray towards one of its points does.
     pub fn lux_by(&self, ray: &Aimed, source: u32) -> Bands {
         let points = f32_from_u32(u32_from(self.aims.sources[index(source)].count));
         ray.sent.map(|band| f32_nearest(band) * ray.cone * points * self.lux_per_unit)
@@ -247,14 +247,14 @@ impl Shadows {
         self.colours[index(source)].1
     }
 
-    /// Whether a place lies beside an edge.
-    pub(super) fn has_edge(&self, place: usize) -> bool {
-        !self.edges.at(place).is_empty()
+    /// Whether a sample side lies beside an edge.
+    pub(super) fn has_edge(&self, sample_side: usize) -> bool {
+        !self.edges.at(sample_side).is_empty()
     }
 
-    /// Sources that light a place on a normal map.
-    pub(super) fn on_normal_maps(&self, place: usize) -> &[ListedLight] {
-        self.on_normal_maps.at(place)
+    /// Sources that light a sample side on a normal map.
+    pub(super) fn on_normal_maps(&self, sample_side: usize) -> &[ListedLight] {
+        self.on_normal_maps.at(sample_side)
     }
 
     /// Light of a source on a mapped normal, over that on the smooth one.
@@ -268,10 +268,10 @@ impl Shadows {
         if smooth > 0.0 && mapped > 0.0 { mapped / if smooth > least { smooth } else { least } } else { 0.0 }
     }
 
-    /// How much less and how much more light a place may have than is baked, if flickering sources are at most at a level.
-    pub(super) fn changes(&self, place: usize, level_most: f64) -> [[f64; BANDS]; 2] {
+    /// How much less and how much more light a sample side may have than is baked, if flickering sources are at most at a level.
+    pub(super) fn changes(&self, sample_side: usize, level_most: f64) -> [[f64; BANDS]; 2] {
         let mut changes = [[0.0; BANDS]; 2];
-        for ListedLight { source, light } in self.on_normal_maps.at(place) {
+        for ListedLight { source, light } in self.on_normal_maps.at(sample_side) {
             let level = if self.flickers(*source) { level_most } else { 1.0 };
             for (band, &colour) in self.colour(*source).iter().enumerate() {
                 let lux = f64::from(light.received) * f64::from(colour) * level;
@@ -279,7 +279,7 @@ impl Shadows {
                 changes[1][band] += lux / f64::from(TILTED_COS_MIN);
             }
         }
-        for ListedLight { source, light } in self.edges.at(place) {
+        for ListedLight { source, light } in self.edges.at(sample_side) {
             let level = if self.flickers(*source) { level_most } else { 1.0 };
             let (less, more) = (-f64::from(light.received), f64::from(light.unoccluded) - f64::from(light.received));
             for (band, &colour) in self.colour(*source).iter().enumerate() {
@@ -296,18 +296,18 @@ impl Shadows {
         &self.towards
     }
 
-    /// Sources whose shadow ends beside a place: a bit each.
+    /// Sources whose shadow ends beside a sample side: a bit each.
     #[inline(always)]
-    pub(super) fn sources_at(&self, place: usize) -> u32 {
-        self.sources_at.get(place).map_or(0, |&bits| u32::from(bits))
+    pub(super) fn sources_at(&self, sample_side: usize) -> u32 {
+        self.sources_at.get(sample_side).map_or(0, |&bits| u32::from(bits))
     }
 
-    /// Light of a source whose shadow ends near a hit among three places with their weights; none where one of the places is not beside.
+    /// Light of a source whose shadow ends near a hit among three sample sides with their weights; none where one of them is not beside.
     #[inline]
     pub fn light(&self, source: u32, around: &[(usize, f32); 3]) -> Option<SourceLight> {
         let mut mixed = SourceLight::NONE;
-        for &(place, weight) in around {
-            let ListedLight { light, .. } = self.edges.at(place).iter().find(|light| light.source == source)?;
+        for &(sample_side, weight) in around {
+            let ListedLight { light, .. } = self.edges.at(sample_side).iter().find(|light| light.source == source)?;
             mixed.unoccluded += light.unoccluded * weight;
             mixed.received += light.received * weight;
         }

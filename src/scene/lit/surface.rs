@@ -295,8 +295,8 @@ impl LitScene {
         add_light(&mut irradiance, &of_samples(&self.irradiance_lux, &samples, back), around, &around.weights);
         if !self.flickering_lux.is_empty() {
             let mut weights = around.weights;
-            for place in 0..3 {
-                weights[place] = weights[place] * levels;
+            for corner in 0..3 {
+                weights[corner] = weights[corner] * levels;
             }
             add_light(&mut irradiance, &of_samples(&self.flickering_lux, &samples, back), around, &weights);
         }
@@ -327,7 +327,7 @@ impl LitScene {
     }
 }
 
-/// Places on one side of samples.
+/// Sample sides of samples, all on the front or all on the back.
 #[inline(always)]
 pub(super) fn on_side(around: [(usize, f32); 3], back: bool) -> [(usize, f32); 3] {
     around.map(|(sample, weight)| (2 * sample + usize::from(back), weight))
@@ -347,9 +347,9 @@ fn mix_in(colours: &mut [Floats; BANDS], [a, b, c]: &[Bands; 3], u: Floats, v: F
 #[inline(always)]
 fn of_samples(all: &[Bands], samples: &[usize; 4], back: bool) -> [Bands; 4] {
     let mut light = [[0.0; BANDS]; 4];
-    for place in 0..4 {
+    for corner in 0..4 {
         // The last cell of a grid has no fourth sample, and no lane beyond that would ask for it.
-        light[place] = *all.get(2 * samples[place] + usize::from(back)).unwrap_or(&[0.0; BANDS]);
+        light[corner] = *all.get(2 * samples[corner] + usize::from(back)).unwrap_or(&[0.0; BANDS]);
     }
     light
 }
@@ -364,18 +364,18 @@ fn add_light(
 ) {
     let nearer = [here, beside, below];
     if !around.beyond.any() {
-        for place in 0..3 {
+        for corner in 0..3 {
             for band in 0..BANDS {
-                sums[band] = sums[band] + Floats::splat(nearer[place][band]) * weights[place];
+                sums[band] = sums[band] + Floats::splat(nearer[corner][band]) * weights[corner];
             }
         }
         return;
     }
     let farther = [opposite, below, beside];
-    for place in 0..3 {
+    for corner in 0..3 {
         for band in 0..BANDS {
-            let light = around.beyond.select(Floats::splat(farther[place][band]), Floats::splat(nearer[place][band]));
-            sums[band] = sums[band] + light * weights[place];
+            let light = around.beyond.select(Floats::splat(farther[corner][band]), Floats::splat(nearer[corner][band]));
+            sums[band] = sums[band] + light * weights[corner];
         }
     }
 }

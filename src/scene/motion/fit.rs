@@ -156,8 +156,8 @@ fn straighten(rotations: &[DQuat], stiffness: &[f64], right: &mut [DVec3]) {
     for (first, stiffness) in stiffness.iter().enumerate() {
         let after_rad = step_rad(first + 1);
         let bend_rad = after_rad - before_rad;
-        for (place, weight) in [1.0, -2.0, 1.0].into_iter().enumerate() {
-            right[first + place] -= bend_rad * (weight * stiffness);
+        for (offset, weight) in [1.0, -2.0, 1.0].into_iter().enumerate() {
+            right[first + offset] -= bend_rad * (weight * stiffness);
         }
         before_rad = after_rad;
     }

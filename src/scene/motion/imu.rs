@@ -131,7 +131,7 @@ pub fn samples(
     Ok(readings)
 }
 
-/// What a unit without noise reads: the angular rate, and the specific force at its own place. A place r of a rigid body has
+/// What a unit without noise reads: the angular rate, and the specific force at its own position. A point r of a rigid body has
 /// the origin's acceleration, Euler's alpha x r and the centripetal omega x (omega x r).
 pub fn truth(state: &BodyState, body_from_imu: &Pose, gravity_in_world_m_per_s2: DVec3) -> (DVec3, DVec3) {
     let (position_m, rate) = (body_from_imu.translation_m, state.angular_velocity_rad_per_s);

@@ -26,7 +26,7 @@ pub enum PathShape {
 
 /// A closed sine-generated curve (Langbein and Leopold 1966, "River meanders - theory of minimum variance"): the heading
 /// is a sine of the way, so the path turns left and right alike and its curvature is smooth. With J the Bessel functions,
-/// the place is the series of Jacobi and Anger, integrated term by term.
+/// the position is the series of Jacobi and Anger, integrated term by term.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Eight {
     radians_per_m: f64,
@@ -44,7 +44,7 @@ impl PathShape {
         Self::Loop(Eight { radians_per_m: LOOP_RADIUS_PER_RADIAN / radius_m, weights })
     }
 
-    /// Place in metres after a way, and the heading: radians to the left of the start's.
+    /// Position in metres after a way, and the heading: radians to the left of the start's.
     pub fn at(&self, way_m: f64) -> (DVec3, f64) {
         match self {
             Self::Line => (DVec3::new(0.0, 0.0, -way_m), 0.0),

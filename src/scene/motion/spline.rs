@@ -146,7 +146,7 @@ impl Spline {
     /// Pose and derivatives at an instant. Gives [`MotionError::OutsideSpan`] before the first or after the last instant: the spline is
     /// not extrapolated.
     pub fn state(&self, t_s: f64) -> Result<BodyState, MotionError> {
-        let (first, u) = self.place(t_s)?;
+        let (first, u) = self.interval_at(t_s)?;
         let basis = Basis::at(u);
         let rate = 1.0 / self.knot_s;
         let points: &[DVec3; 4] = self.positions_m[first..first + 4].try_into().expect("four control points");
@@ -164,8 +164,8 @@ impl Spline {
     /// Exact up to rounding: the turning points of each interval's cubic are solved for. Gives [`MotionError::OutsideSpan`] where the
     /// span leaves the spline's.
     pub fn extent_m(&self, span: Span, rotation: DQuat) -> Result<(DVec3, DVec3), MotionError> {
-        let (first, u_first) = self.place(span.start_s)?;
-        let (last, u_last) = self.place(span.end_s)?;
+        let (first, u_first) = self.interval_at(span.start_s)?;
+        let (last, u_last) = self.interval_at(span.end_s)?;
         let mut low_m = DVec3::INFINITY;
         let mut high_m = DVec3::NEG_INFINITY;
         for interval in first..=last {
@@ -191,7 +191,7 @@ impl Spline {
     /// neighbouring control poses over the knots' distance, with weights that add up to 1 (quadratic B-splines), so none exceeds the
     /// greatest difference.
     pub fn speeds_max(&self, span: Span) -> Result<[f64; 2], MotionError> {
-        let ((first, _), (last, _)) = (self.place(span.start_s)?, self.place(span.end_s)?);
+        let ((first, _), (last, _)) = (self.interval_at(span.start_s)?, self.interval_at(span.end_s)?);
         let [mut speed, mut turn] = [0.0, 0.0];
         for control in first..last + 3 {
             let step_m = (self.positions_m[control + 1] - self.positions_m[control]).length();
@@ -206,8 +206,8 @@ impl Spline {
         self.positions_m.len() - 3
     }
 
-    /// The interval of an instant and the place within it, 0..=1.
-    fn place(&self, t_s: f64) -> Result<(usize, f64), MotionError> {
+    /// The interval of an instant and the parameter u within it, 0..=1.
+    fn interval_at(&self, t_s: f64) -> Result<(usize, f64), MotionError> {
         let span = self.span();
         if !(t_s >= span.start_s && t_s <= span.end_s) {
             return Err(MotionError::OutsideSpan { t_s, start_s: span.start_s, end_s: span.end_s });
@@ -247,7 +247,7 @@ fn weighted(points: &[DVec3; 4], weights: &[f64; 4]) -> DVec3 {
     points[0] * weights[0] + points[1] * weights[1] + points[2] * weights[2] + points[3] * weights[3]
 }
 
-/// Where the slope of an interval's cubic is zero (at most two places, NaN where there is none).
+/// Where the slope of an interval's cubic is zero (at most two values of u, NaN where there is none).
 fn turning_points(points: &[f64; 4]) -> [f64; 2] {
     // Slope as a u^2 + b u + c, from the basis' slopes.
     let [p0, p1, p2, p3] = *points;

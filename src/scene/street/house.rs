@@ -39,9 +39,9 @@ pub(super) fn row(builder: &mut Builder, stuff: &StreetMaterials, wall: &Wall, [
         let shift = if house == 0 || house == count { 0.0 } else { between(row_key, u64::from(house), -0.9, 0.9) };
         from + even_m * f32_from_u32(house) + shift
     };
-    for place in 0..count {
-        let key = row_key.with(u64::from(place)).with(1);
-        let span = [edge(place), edge(place + 1)];
+    for house_number in 0..count {
+        let key = row_key.with(u64::from(house_number)).with(1);
+        let span = [edge(house_number), edge(house_number + 1)];
         let of = |field: u64, limit: u32| draw(key, field, limit);
         let fronts = u32::try_from(stuff.fronts.len()).expect("a few fronts");
         let house = House {
@@ -50,7 +50,7 @@ pub(super) fn row(builder: &mut Builder, stuff: &StreetMaterials, wall: &Wall, [
             storeys: 2 + of(0, 3),
             bays: fits(span[1] - span[0], 2.8),
             // Neighbours differ: the colours of a row are gone through in steps.
-            front: stuff.fronts[index((place * 3 + of(1, 2)) % fronts)],
+            front: stuff.fronts[index((house_number * 3 + of(1, 2)) % fronts)],
             has_shop: of(2, 2) == 0,
             rise_m: [0.0, 0.0, 0.16, 0.5][index(of(3, 4))],
             shutters: (of(4, 5) < 2).then(|| stuff.shutters[index(of(5, 3))]),

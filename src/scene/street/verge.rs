@@ -10,7 +10,7 @@ use crate::num::{f32_from_u32, index, u64_from};
 /// From the middle of the street to trees and posts.
 const POST_M: f32 = KERB_M + 0.75;
 
-pub(super) fn place(builder: &mut Builder, stuff: &StreetMaterials) {
+pub(super) fn build(builder: &mut Builder, stuff: &StreetMaterials) {
     let key = DrawKey::root(51).with(0x7472_6565);
     for (number, side) in [(0_u32, -1.0_f32), (1, 1.0)] {
         for tree_number in 0..6 {

@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::num::{f32_nearest, f64_from_usize, index, lesser, u32_from, u32_truncated};
 
 /// The keys that every board reads.
-const PLACE: [&str; 2] = ["target_distance_m", "target_size_m"];
+const BOARD_KEYS: [&str; 2] = ["target_distance_m", "target_size_m"];
 
 /// Sides of the discs that point sources are.
 const DISC_SIDES: usize = 24;
@@ -30,9 +30,9 @@ pub struct Board {
 }
 
 impl Board {
-    /// A board's place, and the wall around it. `name` reads `more` keys besides its place.
+    /// A board, and the wall around it. `name` reads `more` keys besides `BOARD_KEYS`.
     fn new(name: &str, wish: &Wish, more: &[&str]) -> Result<Self, Error> {
-        wish.only(name, &[&PLACE[..], more].concat())?;
+        wish.only(name, &[&BOARD_KEYS[..], more].concat())?;
         let distance_m = wish.get("target_distance_m", 1.0, 0.01, 10_000.0)?;
         let size_m = wish.get("target_size_m", 2.0 * distance_m, 0.001, 10_000.0)?;
         if !(0.0..=1.0).contains(&wish.reflectance) {

@@ -1,13 +1,13 @@
 //! Texture look-ups of rays that met one triangle: linear colours, lane by lane equal to those of `Texture::over` in every bit.
 //!
-//! Picture, level and places in a row are those of all lanes, so that only the fetching of texels runs lane by lane.
+//! Picture, level and taps in a row are those of all lanes, so that only the fetching of texels runs lane by lane.
 
 use super::super::lanes::{Floats, LANES, Mask, next_lane};
 use super::super::light::{BANDS, Bands, INFRARED};
 use super::{Footprint, ONE, TAPS_MAX, TO_WHOLE, Texture, Wrap, between};
 use crate::num::f32_from_u32;
 
-/// Rows of places, by lane: the first, and the way from place to place in texture coordinates.
+/// Rows of taps, by lane: the first, and the way from tap to tap in texture coordinates.
 struct TapRows {
     first: [Floats; 2],
     step: [f32; 2],
@@ -52,7 +52,7 @@ impl Texture {
         sums
     }
 
-    /// Sums of one level over the places of each lane, without the infrared.
+    /// Sums of one level over the taps of each lane, without the infrared.
     #[inline(always)]
     fn sums_alike(&self, level: usize, rows: &TapRows, lanes: Mask) -> [Bands; LANES] {
         let level = &self.levels[level];
@@ -62,20 +62,20 @@ impl Texture {
         let mut sums = [[0.0; BANDS]; LANES];
         for tap in 0..rows.taps {
             let number = f32_from_u32(tap);
-            let (mut places, mut shares) = ([[0_u32; LANES]; 2], [zero; 2]);
+            let (mut first_texels, mut shares) = ([[0_u32; LANES]; 2], [zero; 2]);
             for axis in 0..2 {
                 let at = folded(rows.first[axis] + Floats::splat(rows.step[axis] * number), self.wrap[axis]);
                 // Half a texel back to the first one's middle, and one on over the rim.
-                let place = at.greater(zero).lesser(one) * Floats::splat(level.size[axis]) + half;
-                let base = (place - half) + magic;
+                let at_texels = at.greater(zero).lesser(one) * Floats::splat(level.size[axis]) + half;
+                let base = (at_texels - half) + magic;
                 for lane in 0..LANES {
-                    places[axis][lane] = base.0[lane].to_bits().wrapping_sub(TO_WHOLE.to_bits());
+                    first_texels[axis][lane] = base.0[lane].to_bits().wrapping_sub(TO_WHOLE.to_bits());
                 }
-                shares[axis] = place - (base - magic);
+                shares[axis] = at_texels - (base - magic);
             }
             let mut from = [0; LANES];
             for lane in 0..LANES {
-                from[lane] = places[1][lane].wrapping_mul(stride).wrapping_add(places[0][lane]);
+                from[lane] = first_texels[1][lane].wrapping_mul(stride).wrapping_add(first_texels[0][lane]);
             }
             let mut rest = lanes.bits();
             while rest != 0 {

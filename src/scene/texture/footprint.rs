@@ -1,7 +1,7 @@
 //! Footprint of a sample on a texture: the ellipse of texels that a look-up averages over, from ray differentials.
 //!
 //! A sample of N stands for a share f = 1 / sqrt(N) of the pixel's width, of its height and of the motion over the exposure. The
-//! offset of its look-up from the middle of all three is multiplied by c = sqrt(1 - f^2), so that the spread of the samples' places
+//! offset of its look-up from the middle of all three is multiplied by c = sqrt(1 - f^2), so that the spread of the samples' positions
 //! and that of their filters sum to the pixel's own: to second order nothing is blurred twice, at any N. The step of a sharp edge is
 //! rounded by f / 8 of its contrast at most.
 
@@ -154,7 +154,7 @@ pub fn footprint(ray: &Differentials, look: &Look, shares: &SampleShare) -> (Foo
 }
 
 /// Square of the texels of their level that taps stand apart at most: 1.4 texels, or two, where samples are so many that what two give
-/// too much of one texel and too little of the next differs from sample to sample. Whole pixels' look-ups all have one place.
+/// too much of one texel and too little of the next differs from sample to sample. Whole pixels' look-ups all lie at one point.
 #[inline(always)]
 fn tap2(share2: f32) -> f32 {
     if share2 > MANY { 2.0 } else { 4.0 }

@@ -29,7 +29,7 @@ pub(super) struct MipLevel {
     /// The two as they are multiplied with.
     pub size: [f32; 2],
     /// Linear red, green and blue, row-major, the top row first; 65,535 is 1. Around the picture stands a rim of one texel, of the texels
-    /// beyond its edge: so the four texels around any place are two pairs of neighbours. Flat, and with two numbers after the last texel,
+    /// beyond its edge: so the four texels around any point are two pairs of neighbours. Flat, and with two numbers after the last texel,
     /// because a compiler turns a pair into one load only where it is eight numbers in a row.
     pub texels: Vec<u16>,
 }
@@ -79,12 +79,12 @@ impl Plain {
     }
 }
 
-/// The texel, of `count`, at a place of a row with its rim.
-fn within_rim(place: u32, count: u32, wrap: Wrap) -> u32 {
-    match (wrap, place) {
+/// The texel, of `count`, at an index of a row with its rim.
+fn within_rim(rimmed_index: u32, count: u32, wrap: Wrap) -> u32 {
+    match (wrap, rimmed_index) {
         (Wrap::Repeat, 0) => count - 1,
-        (Wrap::Repeat, place) => (place - 1) % count,
-        (Wrap::Mirror | Wrap::Clamp, place) => place.saturating_sub(1).min(count - 1),
+        (Wrap::Repeat, rimmed_index) => (rimmed_index - 1) % count,
+        (Wrap::Mirror | Wrap::Clamp, rimmed_index) => rimmed_index.saturating_sub(1).min(count - 1),
     }
 }
 

@@ -117,7 +117,7 @@ fn texel(level: &MipLevel, wrap: [Wrap; 2], at: [i64; 2]) -> [f64; BANDS] {
 /// One bilinear look-up in a level, by definition.
 fn bilinear(level: &MipLevel, wrap: [Wrap; 2], uv: [f64; 2]) -> [f64; BANDS] {
     let counts = [level.width, level.height];
-    let place = |axis: usize| {
+    let coordinate = |axis: usize| {
         let folded = match wrap[axis] {
             Wrap::Repeat => uv[axis].rem_euclid(1.0),
             Wrap::Mirror => 1.0 - (uv[axis].rem_euclid(2.0) - 1.0).abs(),
@@ -125,7 +125,7 @@ fn bilinear(level: &MipLevel, wrap: [Wrap; 2], uv: [f64; 2]) -> [f64; BANDS] {
         };
         folded * f64::from(counts[axis]) - 0.5
     };
-    let [x, y] = [place(0), place(1)];
+    let [x, y] = [coordinate(0), coordinate(1)];
     let mut sum = [0.0; BANDS];
     for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
         let weight = |at: f64, step: i64| if step == 0 { 1.0 - (at - at.floor()) } else { at - at.floor() };
@@ -138,7 +138,7 @@ fn bilinear(level: &MipLevel, wrap: [Wrap; 2], uv: [f64; 2]) -> [f64; BANDS] {
     sum
 }
 
-/// A footprint's mean, place by place.
+/// A footprint's mean, tap by tap.
 fn over_by_definition(texture: &Texture, uv: [f32; 2], footprint: &Footprint) -> [f64; BANDS] {
     let (level, share) = texture.level_of(footprint.area_texels2);
     let share = match (f64::from(share), f64::from(footprint.snap)) {
@@ -163,7 +163,7 @@ fn over_by_definition(texture: &Texture, uv: [f32; 2], footprint: &Footprint) ->
 }
 
 #[test]
-fn a_footprints_mean_is_that_of_its_places_for_every_wrap_and_size() {
+fn a_footprints_mean_is_that_of_its_taps_for_every_wrap_and_size() {
     let mut tried = 0;
     let seed = 7;
     for (number, size) in [[64, 48], [5, 7], [1, 1], [1, 9], [33, 2]].into_iter().enumerate() {
@@ -175,8 +175,8 @@ fn a_footprints_mean_is_that_of_its_places_for_every_wrap_and_size() {
                 let found = texture.over(uv, &footprint);
                 let expected = over_by_definition(&texture, uv, &footprint);
                 for band in 0..BANDS {
-                    // A place, up to 3 + (3 + 3.5 * 2) / size, is off by some six roundings of 2^-24 of at most 14 (a picture of one
-                    // texel): 5e-6 of the picture; that of 64 texels, below 4, by 64 * 1.5e-6 = 1e-4 texels. A texel's way changes a
+                    // A tap's coordinate, up to 3 + (3 + 3.5 * 2) / size, is off by some six roundings of 2^-24 of at most 14 (a picture of
+                    // one texel): 5e-6 of the picture; that of 64 texels, below 4, by 64 * 1.5e-6 = 1e-4 texels. A texel's way changes a
                     // colour by at most 1, in two directions; sums of eight have some twenty roundings of 2^-24.
                     let bound = 2.0 * 1e-4 + 2e-6;
                     let error = (f64::from(found[band]) - expected[band]).abs();

@@ -58,9 +58,9 @@ pub fn meet<const SHARED: bool>(
 pub fn relative_corners(rays: &Rays, block: &TriangleBlock) -> Corners {
     let mut corners = [[Eight::splat(0.0); 3]; 3];
     for corner in 0..3 {
-        for place in 0..3 {
-            let axis = rays.axes[place];
-            corners[corner][place] = Eight(block.corners_m[corner][axis]) - Eight::splat(rays.span.origin_m[axis]);
+        for ray_axis in 0..3 {
+            let axis = rays.axes[ray_axis];
+            corners[corner][ray_axis] = Eight(block.corners_m[corner][axis]) - Eight::splat(rays.span.origin_m[axis]);
         }
     }
     corners
@@ -114,11 +114,11 @@ pub struct Candidate<'a> {
 impl Candidate<'_> {
     /// A corner's coordinate relative to the origins of half the rays.
     #[inline(always)]
-    fn relative<const SHARED: bool>(&self, rays: &Rays, corner: usize, place: usize) -> Floats {
+    fn relative<const SHARED: bool>(&self, rays: &Rays, corner: usize, ray_axis: usize) -> Floats {
         if SHARED {
-            return Floats::splat(self.corners[corner][place].0[self.slot]);
+            return Floats::splat(self.corners[corner][ray_axis].0[self.slot]);
         }
-        let axis = rays.axes[place];
+        let axis = rays.axes[ray_axis];
         Floats::splat(self.block.corners_m[corner][axis][self.slot]) - rays.origin_m[axis]
     }
 
@@ -137,9 +137,9 @@ impl Candidate<'_> {
     #[inline(always)]
     fn plane<const SHARED: bool>(&self, rays: &Rays) -> (Floats, Floats) {
         let (mut normal, mut height) = ([0.0; 3], [0.0; 3]);
-        for place in 0..3 {
-            normal[place] = self.block.normal[rays.axes[place]][self.slot];
-            height[place] = self.corners[0][place].0[self.slot] * normal[place];
+        for ray_axis in 0..3 {
+            normal[ray_axis] = self.block.normal[rays.axes[ray_axis]][self.slot];
+            height[ray_axis] = self.corners[0][ray_axis].0[self.slot] * normal[ray_axis];
         }
         let [x, y, z] = [Floats::splat(normal[0]), Floats::splat(normal[1]), Floats::splat(normal[2])];
         let slope = x * rays.direction[0] + y * rays.direction[1] + z * rays.direction[2];
@@ -243,7 +243,7 @@ fn solid(
     for lane in 0..LANES {
         let cos = || {
             let normal = [0, 1, 2].map(|axis| candidate.block.normal[axis][candidate.slot]);
-            let direction = [0, 1, 2].map(|place| rays.direction[place].0[lane]);
+            let direction = [0, 1, 2].map(|ray_axis| rays.direction[ray_axis].0[lane]);
             slope.0[lane].abs() / (dot(normal, normal) * dot(direction, direction)).sqrt()
         };
         if wins.0[lane] != 0 && hits.triangle[lane] != triangle && holes.is_open(triangle, [u.0[lane], v.0[lane]], &cos)

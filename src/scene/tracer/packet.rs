@@ -26,7 +26,7 @@ impl Packet {
     }
 }
 
-/// Which lines along `to` pass a place as near as `reach_m`, and do not leave it behind: it lies `way_m` from their starts;
+/// Which lines along `to` pass a point as near as `reach_m`, and do not leave it behind: it lies `way_m` from their starts;
 /// `along` is the product of both vectors.
 #[inline(always)]
 pub fn come_near(way_m: &Vectors, to: &Vectors, along: Floats, reach_m: Floats) -> Mask {

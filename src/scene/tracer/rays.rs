@@ -66,7 +66,7 @@ pub struct Rays {
     pub shear: [Floats; 2],
     /// 1 where rays have a negative direction along the axis.
     pub down: [usize; 3],
-    /// Whether all start at one place.
+    /// Whether all start at one point.
     pub shared: bool,
     pub span: PacketSpan,
 }
@@ -78,7 +78,7 @@ pub struct PacketSpan {
     pub exit_m: [f32; 3],
     pub inverse: [[f32; 2]; 3],
     pub t_min: f32,
-    /// A place amid the origins, and the sum of how far they lie from it along the axes.
+    /// A point amid the origins, and the sum of how far they lie from it along the axes.
     pub origin_m: [f32; 3],
     pub reach_m: f32,
     /// Middle of the shears and how far they lie from it.
@@ -101,7 +101,7 @@ impl Rays {
             t_max = mask.select(t_max, Floats::splat(f32::MIN));
         }
         let down = [usize::from(course & 1 != 0), usize::from(course & 2 != 0), usize::from(course & 4 != 0)];
-        // Adding zero makes all zeros positive, so that places that are equal are so bit for bit.
+        // Adding zero makes all zeros positive, so that origins that are equal are so bit for bit.
         origin_m = unrolled!(AXIS in 3 => origin_m[AXIS] + Floats::splat(0.0));
         let inverse = unrolled!(AXIS in 3 => inverses(along[AXIS], down[AXIS] == 1));
         let [x, y, z] = along;
@@ -129,7 +129,7 @@ fn inverses(along: Floats, is_down: bool) -> Floats {
 }
 
 impl PacketSpan {
-    /// And whether all rays start at one place.
+    /// And whether all rays start at one point.
     #[inline(always)]
     fn of(origin_m: &Vectors, inverse: &Vectors, t_min: Floats, shear: &[Floats; 2], down: [usize; 3]) -> (Self, bool) {
         let mut span = Self {

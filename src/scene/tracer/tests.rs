@@ -11,11 +11,11 @@ use crate::scene::chance::pair;
 /// The slow twin: every ray by itself against every triangle, in the order of the list, without boxes and without spans.
 fn closest_by_trying_all(bvh: &Bvh, holes: &dyn Holes, packet: &Packet) -> Hits {
     let slots = |block: &TriangleBlock| usize::try_from(block.present.count_ones() / 8).unwrap();
-    let mut places: Vec<_> =
+    let mut entries: Vec<_> =
         bvh.blocks.iter().flat_map(|block| (0..slots(block)).map(move |slot| (block, slot))).collect();
-    places.sort_by_key(|(block, slot)| block.triangle[*slot]);
-    let triangles = places.iter().map(|(block, slot)| block.triangle[*slot]);
-    assert!(triangles.eq(0..u32_from(places.len())), "each triangle is in one place");
+    entries.sort_by_key(|(block, slot)| block.triangle[*slot]);
+    let triangles = entries.iter().map(|(block, slot)| block.triangle[*slot]);
+    assert!(triangles.eq(0..u32_from(entries.len())), "each triangle is in one place");
     let zero = Floats::splat(0.0);
     let mut all = Hits { t: packet.t_max, triangle: [MISS; LANES], u: zero, v: zero };
     for lane in 0..LANES {
@@ -23,7 +23,7 @@ fn closest_by_trying_all(bvh: &Bvh, holes: &dyn Holes, packet: &Packet) -> Hits 
         let (mask, course) = Courses::of(&alone).take().unwrap();
         let rays = Rays::of(&alone, mask, course);
         let mut hits = Hits { t: rays.t_max, ..all };
-        for &(block, slot) in &places {
+        for &(block, slot) in &entries {
             let corners = block::relative_corners(&rays, block);
             let candidate = Candidate { block, slot, corners: &corners, pad_m: bvh.pad_m };
             take::<true>(&rays, &Search::new(holes, false), &candidate, &mut hits);
@@ -62,7 +62,7 @@ fn bits(hits: &Hits) -> [[u32; LANES]; 4] {
     [hits.t.0.map(f32::to_bits), hits.triangle, hits.u.0.map(f32::to_bits), hits.v.0.map(f32::to_bits)]
 }
 
-/// Triangles of all sizes around a place, every fifth a needle a thousand times longer than wide.
+/// Triangles of all sizes around a point, every fifth a needle a thousand times longer than wide.
 fn soup(key: DrawKey, count: usize, position_m: f64) -> Vec<[[f32; 3]; 3]> {
     let one = |number: usize| {
         let size = 0.6 / f64_from_usize(1 + number % 9);
@@ -79,7 +79,7 @@ fn soup(key: DrawKey, count: usize, position_m: f64) -> Vec<[[f32; 3]; 3]> {
     (0..count).map(one).collect()
 }
 
-/// Neighbours on one way, from one place, from places a little apart, or rays of all ways; some along an axis exactly, some from a corner.
+/// Neighbours on one way, from one point, from points a little apart, or rays of all ways; some along an axis exactly, some from a corner.
 fn hard_packet(key: DrawKey, triangles_m: &[[[f32; 3]; 3]], position_m: f32) -> Packet {
     let mut packet = random_packet(key);
     let kind = key.0 % 8;
@@ -120,7 +120,7 @@ fn a_ray_meets_the_same_alone_and_in_any_company_at_every_level() {
                 bits(&closest_by_trying_all(&bvh, &NoHoles, packet)),
                 "{position_m} m, case {case}"
             );
-            // Each lane from another packet, at another place.
+            // Each lane from another packet, and from another lane of it.
             let (mut mixed, mut expected) = (*packet, first[case]);
             for lane in 0..LANES {
                 let (other, source) = ((case + 7 * lane) % packets.len(), (5 * lane + 3) % LANES);

@@ -1,5 +1,5 @@
-//! One camera goes round a ring of points and drifts in scale as it goes: no step tells, since a picture has no metre. The place where it
-//! started, seen again, must give the map its unit back. Metres of the first keyframe's map.
+//! One camera goes round a ring of points and drifts in scale as it goes: no step tells, since a picture has no metre. The location where
+//! it started, seen again, must give the map its unit back. Metres of the first keyframe's map.
 
 use glam::{DQuat, DVec3};
 
@@ -56,7 +56,7 @@ fn point_m(seed: u64, number: u64) -> DVec3 {
 struct Ring {
     seed: u64,
     tracker: Tracker,
-    /// Landmark of each point in the keyframe before, by its place in the map.
+    /// Landmark of each point in the keyframe before, by its index in the map.
     known: Vec<Option<usize>>,
 }
 
@@ -84,7 +84,7 @@ impl Ring {
             let (x, y) = (below(position_px.x + noise_px(7)), below(position_px.y + noise_px(8)));
             let look = DrawKey::root(self.seed).with(number).with(9);
             let mut descriptor = [0; 32];
-            descriptor.iter_mut().zip(0_u64..).for_each(|(byte, place)| *byte = low_u8(low_u32(look.with(place).0)));
+            descriptor.iter_mut().zip(0_u64..).for_each(|(byte, at)| *byte = low_u8(low_u32(look.with(at).0)));
             features.push(Feature { x, y, score: 40, angle: Turns::ZERO, octave: 0, descriptor });
             numbers.push(number);
         }
@@ -102,10 +102,10 @@ impl Ring {
         let none = vec![None; self.known.len()];
         let before = std::mem::replace(&mut self.known, none);
         for (keypoint, &number) in view.keypoints.iter().zip(&numbers) {
-            let place = index(u32_truncated(f64_from_u64(number)));
+            let point = index(u32_truncated(f64_from_u64(number)));
             let sighting = Sighting::of((id, CameraIndex(0)), keypoint, &self.tracker.params);
             let map = &mut self.tracker.map;
-            let landmark = before[place].unwrap_or_else(|| {
+            let landmark = before[point].unwrap_or_else(|| {
                 let in_camera_m = truth(keyframe).inverse().point(point_m(self.seed, number)) * scale(keyframe);
                 map.add_landmark(believed(keyframe).point(in_camera_m), keypoint.descriptor, Vec::new(), frame);
                 let made = map.landmarks.len() - 1;
@@ -114,7 +114,7 @@ impl Ring {
             });
             map.landmarks[landmark].see(sighting);
             map.landmarks[landmark].last_frame = frame;
-            self.known[place] = Some(landmark);
+            self.known[point] = Some(landmark);
         }
         self.tracker.frame = frame;
         view

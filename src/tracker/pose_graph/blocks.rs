@@ -15,7 +15,7 @@ pub type Vector7 = SVector<f64, 7>;
 /// Not a free node.
 const HELD: usize = usize::MAX;
 
-/// One column of the lower triangle: its diagonal, and the blocks below by rising place.
+/// One column of the lower triangle: its diagonal, and the blocks below by rising row.
 #[derive(Clone, Debug)]
 struct BlockColumn {
     diagonal: Matrix7,
@@ -25,8 +25,8 @@ struct BlockColumn {
 /// The system, in the order of elimination.
 #[derive(Clone, Debug)]
 pub struct BlockSystem {
-    /// Place of each node in the order of elimination.
-    place: Vec<usize>,
+    /// Index of each node in the order of elimination.
+    elimination_index: Vec<usize>,
     columns: Vec<BlockColumn>,
     sides: Vec<Vector7>,
 }
@@ -39,12 +39,12 @@ impl BlockSystem {
             near[a].insert(b);
             near[b].insert(a);
         }
-        let mut place = vec![HELD; held.len()];
+        let mut elimination_index = vec![HELD; held.len()];
         let mut waiting: BTreeSet<(usize, usize)> =
             (0..held.len()).filter(|&node| !held[node]).map(|node| (near[node].len(), node)).collect();
         let mut patterns: Vec<Vec<usize>> = Vec::new();
         while let Some((_, node)) = waiting.pop_first() {
-            place[node] = patterns.len();
+            elimination_index[node] = patterns.len();
             let later: Vec<usize> = near[node].iter().copied().collect();
             for &a in &later {
                 waiting.remove(&(near[a].len(), a));
@@ -55,7 +55,7 @@ impl BlockSystem {
             patterns.push(later);
         }
         let column = |pattern: &Vec<usize>| {
-            let mut rows: Vec<usize> = pattern.iter().map(|&node| place[node]).collect();
+            let mut rows: Vec<usize> = pattern.iter().map(|&node| elimination_index[node]).collect();
             rows.sort_unstable();
             BlockColumn {
                 diagonal: Matrix7::zeros(),
@@ -64,7 +64,7 @@ impl BlockSystem {
         };
         let columns: Vec<BlockColumn> = patterns.iter().map(column).collect();
         let sides = vec![Vector7::zeros(); columns.len()];
-        Self { place, columns, sides }
+        Self { elimination_index, columns, sides }
     }
 
     /// Blocks below the diagonal, fill included.
@@ -83,14 +83,14 @@ impl BlockSystem {
 
     /// Adds to a node's right side.
     pub fn add_side(&mut self, node: usize, side: &Vector7) {
-        if self.place[node] != HELD {
-            self.sides[self.place[node]] += side;
+        if self.elimination_index[node] != HELD {
+            self.sides[self.elimination_index[node]] += side;
         }
     }
 
     /// Adds the block in the row of one node and the column of another, and so its transpose in the other triangle.
     pub fn add_block(&mut self, row: usize, column: usize, block: &Matrix7) {
-        let (a, b) = (self.place[row], self.place[column]);
+        let (a, b) = (self.elimination_index[row], self.elimination_index[column]);
         if a == HELD || b == HELD {
             return;
         }
@@ -150,8 +150,8 @@ impl BlockSystem {
             columns[k].diagonal.tr_solve_lower_triangular_mut(&mut side);
             x[k] = side;
         }
-        let step = |&place: &usize| if place == HELD { Vector7::zeros() } else { x[place] };
-        let steps: Vec<Vector7> = self.place.iter().map(step).collect();
+        let step = |&at: &usize| if at == HELD { Vector7::zeros() } else { x[at] };
+        let steps: Vec<Vector7> = self.elimination_index.iter().map(step).collect();
         steps.iter().all(|step| step.iter().all(|number| number.is_finite())).then_some(steps)
     }
 }

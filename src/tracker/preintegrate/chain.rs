@@ -44,7 +44,7 @@ struct System {
     side: Vec<f64>,
 }
 
-/// A link's residual and its derivatives by both poses, both velocities and what is shared, each with the place of its unknown; rows
+/// A link's residual and its derivatives by both poses, both velocities and what is shared, each with the column of its unknown; rows
 /// rotation, velocity, position.
 struct StepDerivatives {
     columns: Vec<(usize, SMatrix<f64, 9, 1>)>,
@@ -52,9 +52,9 @@ struct StepDerivatives {
 }
 
 impl StepDerivatives {
-    /// Derivatives by neighbouring unknowns, of which the first has this place.
-    fn push<const C: usize>(&mut self, place: usize, by: &SMatrix<f64, 9, C>) {
-        self.columns.extend((0..C).map(|k| (place + k, by.column(k).into_owned())));
+    /// Derivatives by neighbouring unknowns, of which the first has this column.
+    fn push<const C: usize>(&mut self, column: usize, by: &SMatrix<f64, 9, C>) {
+        self.columns.extend((0..C).map(|k| (column + k, by.column(k).into_owned())));
     }
 }
 
@@ -93,11 +93,11 @@ impl ImuFilter {
         let mut system = System::new(6 * poses + 6 * used.len() + SHARED);
         let velocities = self.velocities(now, &used);
         // Links that meet share a velocity: each has two of its own, of which the later is the next one's earlier.
-        let mut place = 6 * poses;
+        let mut column = 6 * poses;
         for (k, &(link, from, to)) in used.iter().enumerate() {
-            let rows = self.rows(now, link, (from, to), velocities[k], [place, system.n - SHARED]);
+            let rows = self.rows(now, link, (from, to), velocities[k], [column, system.n - SHARED]);
             system.add(&rows, link)?;
-            place += if used.get(k + 1).is_some_and(|(next, ..)| next.from == link.to) { 3 } else { 6 };
+            column += if used.get(k + 1).is_some_and(|(next, ..)| next.from == link.to) { 3 } else { 6 };
         }
         // Where the first step starts, the filter knew the velocity from all that was before.
         if let Some(before) = used.first().and_then(|(first, ..)| self.links.iter().find(|link| link.to == first.from))
@@ -109,7 +109,7 @@ impl ImuFilter {
         Prior::of_information(first, 6 * poses, (system.matrix, system.side))
     }
 
-    /// The body's place and the unit's axes at a keyframe, in metres.
+    /// The body's position and the unit's axes at a keyframe, in metres.
     fn metric(&self, unit: f64, node: &WindowKeyframe) -> Pose {
         let pose = node.body_from_world.inverse().then(&self.axes());
         Pose { translation_m: pose.translation_m / unit, ..pose }
@@ -145,7 +145,7 @@ impl ImuFilter {
         link: &KeyframeStep,
         (from, to): (&WindowKeyframe, &WindowKeyframe),
         (start, end): (DVec3, DVec3),
-        [place, shared]: [usize; 2],
+        [column, shared]: [usize; 2],
     ) -> StepDerivatives {
         let (unit, step, dt) = (now.unit, &link.step, link.step.span_s);
         let gravity = now.gravity / unit;
@@ -168,8 +168,8 @@ impl ImuFilter {
                 derivatives.push(6 * index(free), &to_metres(by.fixed_view::<9, 6>(0, 0).into_owned()));
             }
         }
-        derivatives.push(place, &by_from.fixed_view::<9, 3>(0, 6).into_owned());
-        derivatives.push(place + 3, &by_to.fixed_view::<9, 3>(0, 6).into_owned());
+        derivatives.push(column, &by_from.fixed_view::<9, 3>(0, 6).into_owned());
+        derivatives.push(column + 3, &by_to.fixed_view::<9, 3>(0, 6).into_owned());
         let turn_back = a.rotation.conjugate();
         let mut by_shared = SMatrix::<f64, 9, SHARED>::zeros();
         by_shared.fixed_view_mut::<9, 6>(0, 0).copy_from(&by_from.fixed_view::<9, 6>(0, 9));
@@ -206,11 +206,11 @@ impl System {
     }
 
     /// A velocity that is known beside the steps.
-    fn hold_velocity(&mut self, place: usize, (at, (known, variance)): (DVec3, (DVec3, f64))) {
+    fn hold_velocity(&mut self, column: usize, (at, (known, variance)): (DVec3, (DVec3, f64))) {
         let weight = 1.0 / (variance + VELOCITY_SIGMA * VELOCITY_SIGMA);
         for axis in 0..3 {
-            self.matrix[(place + axis) * (self.n + 1)] += weight;
-            self.side[place + axis] += weight * (known - at)[axis];
+            self.matrix[(column + axis) * (self.n + 1)] += weight;
+            self.side[column + axis] += weight * (known - at)[axis];
         }
     }
 

@@ -127,12 +127,12 @@ impl ImuFilter {
         Some(readings)
     }
 
-    /// The unit's axes at the body's place: so no arm of some metres enters a map that has no metre.
+    /// The unit's axes at the body's origin: so no arm of some metres enters a map that has no metre.
     pub(super) fn axes(&self) -> Pose {
         Pose { translation_m: DVec3::ZERO, ..self.calibration.body_from_imu }
     }
 
-    /// The step between two times, with the body's place.
+    /// The step between two times, with the body's position.
     pub(super) fn step(&self, (from_s, to_s): (f64, f64), bias: super::Bias) -> Option<Preintegrated> {
         let readings = self.span(from_s, to_s)?;
         let step = Preintegrated::new(&readings, (from_s, to_s), bias, &self.calibration.noise).ok()?;
@@ -265,7 +265,7 @@ impl Knowledge {
         let rotation = (turn * step.rotation).normalize();
         let (gain, way) = (turn * step.velocity_m_per_s, turn * step.position_m);
         let velocity = self.state.velocity_m_per_s + self.gravity * dt + gain * unit;
-        let place = self.state.world_from_imu.translation_m
+        let position = self.state.world_from_imu.translation_m
             + self.state.velocity_m_per_s * dt
             + self.gravity * (0.5 * dt * dt)
             + way * unit;
@@ -303,7 +303,8 @@ impl Knowledge {
         for (range, walk) in walks {
             range.for_each(|k| covariance[(k, k)] += walk * walk * dt);
         }
-        let state = ImuState { world_from_imu: Pose::new(rotation, place), velocity_m_per_s: velocity, ..self.state };
+        let state =
+            ImuState { world_from_imu: Pose::new(rotation, position), velocity_m_per_s: velocity, ..self.state };
         Self { state, covariance, ..self.clone() }
     }
 

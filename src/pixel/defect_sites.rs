@@ -1,7 +1,7 @@
-//! Places of defects. Finds a row's defective columns, with a uniform for each, from the density and the share of clusters.
+//! Sites of defects. Finds a row's defective columns, with a uniform for each, from the density and the share of clusters.
 //!
 //! Model: each pixel is a seed by its own draw; a share of the seeds takes its 2x2 neighbourhood (right, below, below right) with it.
-//! The places of a row follow from its seeds and those of the row above, so rows stay independent. The density of seeds is set
+//! The sites of a row follow from its seeds and those of the row above, so rows stay independent. The density of seeds is set
 //! so that the density of defective pixels is the one that was asked for.
 
 use std::borrow::Cow;
@@ -26,7 +26,7 @@ const CLUSTERS: u64 = 3;
 const OWN: u64 = 4;
 
 /// Where one kind of defect is.
-pub(super) struct Places {
+pub(super) struct DefectSites {
     number: EffectNumber,
     /// A uniform below this makes a seed.
     seed_below: u64,
@@ -40,7 +40,7 @@ fn below(probability: f64) -> u64 {
     u64_half_even(probability * 4_294_967_296.0)
 }
 
-impl Places {
+impl DefectSites {
     /// `None` where the density is 0.
     pub(super) fn new(number: EffectNumber, ppm: f64, cluster_share: f64) -> Option<Self> {
         let (seed_below, cluster_below) = (below(seed_density(1e-6 * ppm, cluster_share)), below(cluster_share));
@@ -102,10 +102,10 @@ mod tests {
 
     /// Defects of 256 rows of 1024, by row.
     fn all(ppm: f64, cluster_share: f64) -> Vec<Vec<usize>> {
-        let places = Places::new(EffectNumber(999), ppm, cluster_share).unwrap();
+        let defects = DefectSites::new(EffectNumber(999), ppm, cluster_share).unwrap();
         let die = Die { seed: 3, camera: CameraIndex(0) };
         let mut uniforms = vec![0; 1024];
-        let row = |row| places.sites(die, RowIndex(row), &mut uniforms).iter().map(|site| site.column).collect();
+        let row = |row| defects.sites(die, RowIndex(row), &mut uniforms).iter().map(|site| site.column).collect();
         (0..256).map(row).collect()
     }
 

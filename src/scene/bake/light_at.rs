@@ -1,16 +1,16 @@
-//! The light of a single place, from rays and from the baked light around it.
+//! The light of a single receiver, from rays and from the baked light around it.
 
 use super::super::geometry::Scene;
 use super::super::light::{BANDS, Bands};
 use super::aims::Aims;
 use super::blockers::Blocker;
-use super::rays::{ByGroup, GROUPS, Place, bounce_rays};
+use super::rays::{ByGroup, GROUPS, Receiver, bounce_rays};
 use super::secondary::SecondarySources;
 use super::shadow_rays::aimed_light;
 use super::sources::{SOURCES_MAX, SourceLight};
 use crate::num::{f64_from_usize, index};
 
-/// Light of one side of a place.
+/// Light of one side of a receiver.
 #[derive(Clone, Debug)]
 pub struct LightAt {
     /// Irradiance, steady and flickering.
@@ -22,32 +22,32 @@ pub struct LightAt {
 }
 
 impl Scene {
-    /// Light of the first side of a place, from lamps and sky by `aims` and from the surfaces around, of which `baked` is the
+    /// Light of the first side of a receiver, from lamps and sky by `aims` and from the surfaces around, of which `baked` is the
     /// irradiance (steady, flickering; the latter may be empty). Radiances of the scene count `per_unit` times. Objects in the way are
     /// black.
     pub(in crate::scene) fn light_at(
         &self,
-        place: &Place,
+        receiver: &Receiver,
         aims: &Aims,
         baked: [&[Bands]; GROUPS],
         per_unit: f64,
         blockers: &[Blocker],
     ) -> LightAt {
-        let [aimed, _] = aimed_light(self, std::slice::from_ref(place), aims, blockers)[0];
+        let [aimed, _] = aimed_light(self, std::slice::from_ref(receiver), aims, blockers)[0];
         let [rays, _] =
-            &bounce_rays(self, std::slice::from_ref(place), &aims.fan, &SecondarySources::default(), blockers)[0];
+            &bounce_rays(self, std::slice::from_ref(receiver), &aims.fan, &SecondarySources::default(), blockers)[0];
         let mut bounced = [[0.0; BANDS]; GROUPS];
-        let mut add = |place: usize, weight: Bands| {
-            let albedo = self.layout.samples[place / 2].albedo;
+        let mut add = |sample_side: usize, weight: Bands| {
+            let albedo = self.layout.samples[sample_side / 2].albedo;
             for (sum, baked) in bounced.iter_mut().zip(baked) {
-                let Some(light) = baked.get(place) else { continue };
+                let Some(light) = baked.get(sample_side) else { continue };
                 for band in 0..BANDS {
                     sum[band] += f64::from(light[band]) * f64::from(albedo[band]) * f64::from(weight[band]);
                 }
             }
         };
-        rays.met.iter().for_each(|&place| add(index(place), [1.0; BANDS]));
-        rays.mirrored.iter().for_each(|mirrored| add(index(mirrored.place), mirrored.weight()));
+        rays.met.iter().for_each(|&sample_side| add(index(sample_side), [1.0; BANDS]));
+        rays.mirrored.iter().for_each(|mirrored| add(index(mirrored.sample_side), mirrored.weight()));
         let count = f64_from_usize(aims.fan.len().max(1));
         let by_group = std::array::from_fn(|group| {
             let of = |band: usize| {

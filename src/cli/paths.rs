@@ -135,7 +135,7 @@ pub fn output_file(
     Ok(Some(file.clone()))
 }
 
-/// Refuses folders that are not there, and a place for results where a verb writes none.
+/// Refuses folders that are not there, and an output path where a verb writes no files.
 pub fn check_shared(shared: &CommonOptions, writes: bool) -> Result<(), Error> {
     let from_environment = std::env::var_os("SENSEL_SCENES").map(PathBuf::from);
     for (key, folder) in [("--scenes", shared.scenes.as_ref()), ("SENSEL_SCENES", from_environment.as_ref())] {
@@ -156,7 +156,7 @@ pub fn assignments(shared: &CommonOptions, more: &[String]) -> Vec<String> {
     more.iter().cloned().chain(seed).chain(threads).chain(shared.set.iter().cloned()).collect()
 }
 
-/// Puts a finished result in its place, and says where files of others stand that were in the way.
+/// Moves a finished result to its path, and says where files of others stand that were in the way.
 pub fn put(folder: OutputFolder) -> Result<(), Error> {
     for kept in folder.commit()?.kept {
         words::note(&format!("{} holds files that this program did not write; they were kept", kept.display()));
@@ -198,7 +198,7 @@ pub fn refuse_same(files: &[(&str, Option<&PathBuf>)]) -> Result<(), Error> {
     Ok(())
 }
 
-/// A path without links, as far as it is there: two paths of one place begin alike, whether the place exists or not.
+/// A path without links, as far as it is there: two paths of one file begin alike, whether the file exists or not.
 pub fn real(path: &Path) -> PathBuf {
     let whole = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let above = whole.ancestors().find_map(|above| Some((std::fs::canonicalize(above).ok()?, above)));
