@@ -193,7 +193,7 @@ fn search(scene: &str, set: &[String]) -> Result<(), Error> {
         })
         .collect();
     for (at, accuracy) in ACCURACIES.into_iter().enumerate() {
-        let found = verdicts[at].and(chain_verdicts[place]);
+        let found = verdicts[at].and(chain_verdicts[at]);
         print_row(scene, accuracy, &chosen[at], found, &all);
     }
     eprintln!("{scene}: {:.0} s, {:.0} s of CPU in all", wall.now_s(), Work.now_s());

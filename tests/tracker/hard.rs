@@ -1,5 +1,6 @@
 //! Hard cases by name.
 
+use glam::DVec2;
 use sensel::num::f64_from_u64;
 use sensel::tracker::{FrameInput, LossReason, Status, Tracker, TrackerParams};
 
@@ -109,7 +110,9 @@ fn a_position_that_stays_uncertain_is_lost_and_says_why() {
             let mut input = world.frame(number, &lively(f64_from_u64(number) / RATE_HZ));
             if number >= 40 {
                 for features in &mut input.features {
-                    features.retain(|feature| (feature.x_px() - 320.0).hypot(feature.y_px() - 240.0) < 44.0);
+                    features.retain(|feature| {
+                        DVec2::new(feature.x_px(), feature.y_px()).distance(DVec2::new(320.0, 240.0)) < 44.0
+                    });
                 }
             }
             tracker.track(&input)
