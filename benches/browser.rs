@@ -59,9 +59,9 @@ fn natively() -> Times {
     let resolved = Resolved::from_layers("scenario", SCENARIO, &[]).expect("the scenario above holds");
     let setup = Setup::new(resolved, &NoFiles, &NoProgress).expect("the box needs no files");
     let mut session = Session::new(setup).expect("one camera is a rig");
-    let (watch, mut before_s) = (Wall(Instant::now()), [0.0; STAGES.len()]);
+    let (stopwatch, mut before_s) = (Wall(Instant::now()), [0.0; STAGES.len()]);
     std::array::from_fn(|_| {
-        session.step(&watch).expect("the run is longer");
+        session.step(&stopwatch).expect("the run is longer");
         let so_far_s = STAGES.map(|stage| session.stage_s(stage));
         let own_s = std::array::from_fn(|stage| so_far_s[stage] - before_s[stage]);
         before_s = so_far_s;

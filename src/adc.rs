@@ -38,7 +38,7 @@ pub use convert::Crossings;
 pub use event_counts::{count_conversion, count_row};
 pub use expected::{CodeMoments, NoisyLevel, clipped};
 pub use params::{AdcParams, Cds, Counter, Counting, Ramp};
-pub use ramp::RampEdges;
+pub use ramp::RampLevels;
 pub use ramp_jitter::RampJitter;
 pub use sample::{RowWork, Sample};
 pub use shared_noise::{column_noise, ramp_noise, row_noise, row_offset};

@@ -74,7 +74,7 @@ pub use rows::{AtOnce, Pixels, RowByRow, RowSpacing};
 pub use sequence::{FeatureRecord, Sequence};
 pub use word::Word;
 
-/// The blocks one by one, for those who hold hardware against them.
+/// The blocks one by one, for tests that compare hardware with them.
 pub mod blocks {
     pub use super::back::{ENGINE_FIXED_CLK, START_GAP_CLK};
     pub use super::brief::RotatedPattern;
@@ -84,7 +84,7 @@ pub mod blocks {
     pub use super::orientation::{moments, rounded_angle};
     pub use super::patch::{Patch, RADIUS_PX};
     pub use super::pattern::{sine_of, symmetric_pairs, symmetric_pattern, turned};
-    pub use super::rows::{DRAIN_CLK, FRONT_LATENCY_CLK, PositionRow, frame_clk, order};
+    pub use super::rows::{DRAIN_CLK, FRONT_LATENCY_CLK, SlotRow, frame_clk, order};
     pub use super::smooth::smooth;
     pub use super::subpixel::{fitted_shift, responses};
 }
@@ -152,8 +152,8 @@ impl Extractor {
         let grey = (pattern_px != (1, 1)).then(|| luma::luma(codes, pattern_px, events));
         let codes = grey.as_ref().unwrap_or(codes);
         let (params, smooths) = (self.params.for_codes(bits), self.params.smooths(bits));
-        let mut behind = presmooth::Behind { pixels, height_px: codes.height_px() };
-        let pixels: &mut dyn Pixels = if smooths { &mut behind } else { &mut *behind.pixels };
+        let mut delayed = presmooth::DelayedPixels { pixels, height_px: codes.height_px() };
+        let pixels: &mut dyn Pixels = if smooths { &mut delayed } else { &mut *delayed.pixels };
         let io = (pixels, records);
         let mut extracted = if params.pipeline_bits == 8 {
             self.of_words(&params, words::<u8>(codes, bits, &params, events), io, events)?
@@ -166,7 +166,7 @@ impl Extractor {
 
     /// What a picture gives as the first frame of a run, at the threshold that its own corners ask for: every pixel is there, and records
     /// are taken at once.
-    pub fn settled(mut self, codes: &Plane<u16>, bits: u32) -> Result<Extracted, Error> {
+    pub fn first_frame(mut self, codes: &Plane<u16>, bits: u32) -> Result<Extracted, Error> {
         self.frame(codes, bits, (1, 1), (&mut AtOnce, &mut AlwaysReady), &mut Events::default())
     }
 

@@ -18,4 +18,4 @@ pub use normal::normals;
 pub use poisson::{poisson, poisson_of_one_mean};
 pub use uniform::{fill_uniforms, uniform_at};
 
-pub use key::{DrawKey, EffectNumber, RowAddress, mix};
+pub use key::{DrawKey, EffectNumber, RowId, mix};

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::ops::Range;
 
-use crate::draw::{DrawKey, EffectNumber, RowAddress};
+use crate::draw::{DrawKey, EffectNumber, RowId};
 use crate::facts::Facts;
 use crate::plane::Plane;
 use crate::units::{FrameIndex, RowIndex};
@@ -50,8 +50,8 @@ pub enum Domain {
 
 /// One row between light and codes.
 pub struct RowPass<'a> {
-    /// Address of the row; `address.seed` is the run's seed.
-    pub address: RowAddress,
+    /// Which row of which exposure; its seed is the run's.
+    pub row_id: RowId,
     /// Seed of the die: patterns that stay from frame to frame draw from it.
     pub die_seed: u64,
     /// Exposure of this row in seconds.
@@ -81,7 +81,7 @@ pub struct RowPass<'a> {
 impl RowPass<'_> {
     /// Key of an effect's draws that differ from frame to frame.
     pub fn temporal_key(&self, effect: EffectNumber) -> DrawKey {
-        self.keys.of_row(effect, self.address)
+        self.keys.of_row(effect, self.row_id)
     }
 
     /// Key of an effect's draws in the reset sample, apart from those in the signal sample.
@@ -92,13 +92,13 @@ impl RowPass<'_> {
     /// Key of an effect's pattern in this row: part of the die, equal in all frames.
     pub fn pattern_key(&self, effect: EffectNumber) -> DrawKey {
         let frame = FrameIndex(0);
-        self.keys.of_row(effect, RowAddress { seed: self.die_seed, frame, slot: 0, ..self.address })
+        self.keys.of_row(effect, RowId { seed: self.die_seed, frame, slot: 0, ..self.row_id })
     }
 
     /// Key of an effect's column pattern: part of the die, equal in all rows and frames.
     pub fn column_pattern_key(&self, effect: EffectNumber) -> DrawKey {
         let (frame, row) = (FrameIndex(0), RowIndex(0));
-        self.keys.of_row(effect, RowAddress { seed: self.die_seed, frame, slot: 0, row, ..self.address })
+        self.keys.of_row(effect, RowId { seed: self.die_seed, frame, slot: 0, row, ..self.row_id })
     }
 }
 
@@ -145,12 +145,12 @@ const RESET_SAMPLE: u64 = 1;
 
 /// Keys of exposures by effect, kept from row to row: working one out takes ten mixings in series.
 #[derive(Default)]
-pub struct KeptKeys(RefCell<Vec<(EffectNumber, RowAddress, DrawKey)>>);
+pub struct KeptKeys(RefCell<Vec<(EffectNumber, RowId, DrawKey)>>);
 
 impl KeptKeys {
     /// As `DrawKey::of_row`, its slow twin.
-    pub fn of_row(&self, effect: EffectNumber, address: RowAddress) -> DrawKey {
-        let exposure = RowAddress { row: RowIndex(0), ..address };
+    pub fn of_row(&self, effect: EffectNumber, row_id: RowId) -> DrawKey {
+        let exposure = RowId { row: RowIndex(0), ..row_id };
         let mut kept = self.0.borrow_mut();
         let found = kept.iter().find(|entry| entry.0 == effect && entry.1 == exposure).map(|entry| entry.2);
         let key = found.unwrap_or_else(|| {
@@ -158,14 +158,14 @@ impl KeptKeys {
             kept.push((effect, exposure, key));
             key
         });
-        key.with(address.row.0.into())
+        key.with(row_id.row.0.into())
     }
 }
 
 /// The whole array at the end of an exposure.
 pub struct ArrayPass<'a> {
-    /// Where the frame belongs: camera, frame and slot; the row is 0.
-    pub address: RowAddress,
+    /// Which exposure of which camera and frame; its row is 0.
+    pub row_id: RowId,
     /// Electrons of each pixel.
     pub charge_e: &'a mut Plane<f32>,
     /// Electrons that the frame before left behind in the array; none in the first frame.
@@ -198,6 +198,11 @@ pub trait Effect: Send + Sync {
     /// What the row holds when this effect meets it.
     fn domain(&self) -> Domain {
         self.identity().domain
+    }
+
+    /// Whether it moves what is beyond the full well to other pixels, so that draws of a full pixel show elsewhere.
+    fn spills(&self) -> bool {
+        false
     }
 
     /// Which row of the table of costs holds, where an effect's work depends on its parameters: "both" samples, "dcnu", ...
@@ -233,9 +238,9 @@ mod tests {
         for case in (0..64).chain(0..64) {
             let bit = |number: u32| case >> number & 1;
             let (camera, frame, row) = (CameraIndex(bit(1)), FrameIndex(bit(2)), RowIndex(bit(4)));
-            let address = RowAddress { seed: bit(0).into(), camera, frame, slot: bit(3), row };
+            let row_id = RowId { seed: bit(0).into(), camera, frame, slot: bit(3), row };
             let effect = EffectNumber(u64::from(bit(5)));
-            assert_eq!(keys.of_row(effect, address), DrawKey::of_row(effect, address), "{effect:?} at {address:?}");
+            assert_eq!(keys.of_row(effect, row_id), DrawKey::of_row(effect, row_id), "{effect:?} at {row_id:?}");
             tried += 1;
         }
         assert_eq!((tried, keys.0.borrow().len()), (128, 32));

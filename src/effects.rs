@@ -34,7 +34,7 @@ pub struct EffectEntry {
 /// The samples with the time between them: the interval between reset and signal sample is the rest of the reset conversion, if any, plus
 /// the settling time of the signal. The ramp is taken to cross both levels at one height, as in a dark pixel; it crosses a bright one up
 /// to a ramp later.
-pub fn sampling(parameters: &Parameters) -> SampleTiming {
+pub fn sample_timing(parameters: &Parameters) -> SampleTiming {
     let adc = &parameters.adc;
     let samples = adc.cds.samples();
     if !samples.is_double() {
@@ -92,10 +92,10 @@ pub const ALL: &[EffectEntry] = &[
         pixel::DieGain::from_params(&parameters.pixel)
     }),
     entry("rts_noise", "traps of source followers switch between two states", |parameters| {
-        pixel::RtsNoise::from_params(&parameters.pixel, sampling(parameters))
+        pixel::RtsNoise::from_params(&parameters.pixel, sample_timing(parameters))
     }),
     entry("flicker_noise", "source follower 1/f noise through the sampling", |parameters| {
-        pixel::flicker_noise(&parameters.pixel, sampling(parameters))
+        pixel::flicker_noise(&parameters.pixel, sample_timing(parameters))
     }),
     entry("ktc_noise", "reset noise that double sampling does not remove", |parameters| {
         pixel::ktc_noise(&parameters.pixel, parameters.adc.cds.samples())

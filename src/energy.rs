@@ -14,7 +14,7 @@ mod uncertainty;
 pub use account::{Contribution, EnergyAccount};
 pub use constant::Constant;
 pub use host::{HostEnergy, HostParams};
-pub use item::{Amount, Design, Item, Rail};
+pub use item::{Amount, Item, PoweredSensor, Rail};
 pub use model::SensorPower;
 pub use params::{Architecture, EnergyParams, Periphery, Port};
 pub use technology::{ConstantValue, Scaling, Technology};

@@ -27,7 +27,7 @@ pub struct Fidelity {
     pub render: RenderSettings,
 }
 
-/// All that reaches the render besides scene, light, camera (lens, filters and geometry of its pixels), motion and exposure windows: the
+/// All that reaches the render besides scene, light, camera (lens, filters and geometry of its pixels), motion and row exposures: the
 /// keys of `[run]` that belong to it. No sensor, converter, extractor or link is among them, so designs that differ behind the lens see
 /// the same photons; the two figures of the sensor that a tolerance needs are stated here.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -115,7 +115,7 @@ mod tests {
     use super::params::tests::paper_pixel;
     use super::well_bias::tests::facts;
     use super::*;
-    use crate::draw::RowAddress;
+    use crate::draw::RowId;
     use crate::effect::{Effect, KeptKeys, RowPass};
     use crate::facts::Facts;
     use crate::units::{CameraIndex, FrameIndex, RowIndex};
@@ -141,7 +141,7 @@ mod tests {
         let (mut values, mut uniforms, mut draws) = (vec![value; WIDTH], vec![0; WIDTH], vec![0.0; WIDTH]);
         let (camera, frame, row) = (CameraIndex(0), FrameIndex(frame), RowIndex(row));
         effect.apply(&mut RowPass {
-            address: RowAddress { seed, camera, frame, slot: 0, row },
+            row_id: RowId { seed, camera, frame, slot: 0, row },
             die_seed: 2,
             exposure_s,
             storage_s: 0.0,

@@ -3,7 +3,7 @@
 //!
 //! Each frame: constant velocity or the IMU predicts the pose, landmarks are matched near their predicted positions, and the
 //! pose is the robust least-squares fit to the matches. Each keyframe: new landmarks are triangulated and a window of keyframes
-//! is adjusted. Every keypoint counts at its row's time. After loss the map is searched by descriptors alone; a revisited location
+//! is adjusted. Every keypoint counts at its row's time. After loss the map is searched by descriptors alone; a revisited place
 //! closes a loop. The world frame is the body's frame at the first frame. Poses are metres and unit quaternions, image
 //! positions pixels, times seconds. Equal input gives equal bytes.
 

@@ -57,14 +57,14 @@ fn zero_light_is_the_black_level_at_every_depth_and_kind_of_sampling() {
 }
 
 #[test]
-fn a_ramp_equal_to_the_pixel_counts_its_edge_and_a_nanovolt_more_does_not() {
+fn a_ramp_equal_to_the_pixel_counts_its_step_and_a_nanovolt_more_does_not() {
     for assignments in [&["sensor.adc.cds=analog"][..], &["sensor.adc.cds=analog", "sensor.adc.ramp_inl_lsb=3.0"][..]] {
         let params = AdcParams { full_scale_uv: 8192.0, ..adc(assignments) };
         let converter = Converter::new(&params);
-        // Edge k stands k - 64 LSB above the black level; samples are exact to a nanovolt at this span.
+        // Ramp level k lies k - 64 LSB above the black level; samples are exact to a nanovolt at this span.
         for k in [1, 2, 63, 64, 65, 511, 512, 1022, 1023_u16] {
-            let edge_nv = converter.edge_nv(k.into());
-            let around: Vec<f32> = [-1, 0, 1].map(|step| converter.sample_uv(edge_nv + step)).to_vec();
+            let ramp_level_nv = converter.ramp_level_nv(k.into());
+            let around: Vec<f32> = [-1, 0, 1].map(|step| converter.sample_uv(ramp_level_nv + step)).to_vec();
             assert_eq!(codes(&params, &around, &[]), [k - 1, k, k], "{assignments:?}");
         }
     }

@@ -426,7 +426,7 @@ fn the_threshold_follows_its_target_from_frame_to_frame() {
     let params = ExtractorParams { target_features: target as u32, threshold: 2, ..MANY };
     let mut extractor = Extractor::new(&params);
     // A run has no warm-up: its first frame's own corners choose where it starts.
-    let first = Extractor::new(&params).settled(&codes, 16).unwrap();
+    let first = Extractor::new(&params).first_frame(&codes, 16).unwrap();
     assert_eq!(
         (first.counts.corners, corners(first.threshold), corners(first.threshold - 1) > target),
         (target, target, true)

@@ -34,8 +34,8 @@ fn play(config: &FxFrontConfig, pictures: &[Picture], thresholds: &[u16], waits:
     for (picture, &threshold) in pictures.iter().zip(thresholds) {
         let reference = Reference::new(config, picture, threshold);
         let (start, mut next) = (enabled, 0);
-        assert_eq!(reference.positions() + u64::from(DRAIN), config.frame_positions(), "{config:?}");
-        while enabled - start < config.frame_positions() {
+        assert_eq!(reference.slots() + u64::from(DRAIN), config.frame_slots(), "{config:?}");
+        while enabled - start < config.frame_slots() {
             let row_ok = waits.rows == 0 || !random.one_in(waits.rows);
             let in_valid = waits.pixels == 0 || !random.one_in(waits.pixels);
             let takes = front.in_ready(row_ok) && in_valid;
@@ -43,13 +43,13 @@ fn play(config: &FxFrontConfig, pictures: &[Picture], thresholds: &[u16], waits:
             let before = front.enabled_clocks();
             let out = front.tick(&FxFrontIn { rst: false, in_valid, in_pixel, row_ok, threshold });
             next += usize::from(takes);
-            let position = enabled.wrapping_sub(u64::from(FRONT_LATENCY) + start);
+            let slot = enabled.wrapping_sub(u64::from(FRONT_LATENCY) + start);
             let found = events_of(&out);
             assert!(
                 found.is_empty() || front.enabled_clocks() > before,
                 "something left in a clock that was not enabled"
             );
-            late.extend(found.into_iter().map(|event| (position, event)));
+            late.extend(found.into_iter().map(|event| (slot, event)));
             enabled = front.enabled_clocks();
         }
         assert_eq!(next, picture.pixels.len());
@@ -118,15 +118,15 @@ impl<T: PixelWord> FrontSink<T> for Collected {
         };
         let mut events: Vec<_> =
             (3..).zip(smoothed).map(pixel).chain(self.corners.drain(..).map(|c| corner(&c))).collect();
-        // The sort is stable: at one position the smoothed pixel comes before the corner.
+        // The sort is stable: in one slot the smoothed pixel comes before the corner.
         events.sort_by_key(|event| event.0);
         self.events.extend(events);
-        self.last_position(octave, row, is_virtual, frame_end);
+        self.last_slot(octave, row, is_virtual, frame_end);
     }
 }
 
 impl Collected {
-    fn last_position(&mut self, octave: u32, row: u32, is_virtual: bool, frame_end: bool) {
+    fn last_slot(&mut self, octave: u32, row: u32, is_virtual: bool, frame_end: bool) {
         self.events.push((u64::MAX, Event::RowEnd { octave, row, is_virtual, frame_end }));
     }
 }
@@ -147,12 +147,12 @@ fn rows_equal<T: PixelWord + std::fmt::Debug>(
     let mut corners = 0;
     for (picture, &threshold) in pictures.iter().zip(thresholds) {
         let reference = Reference::new(config, picture, threshold);
-        let (mut collected, start) = (Collected::default(), front.positions());
+        let (mut collected, start) = (Collected::default(), front.slots());
         for row in picture.pixels.chunks(picture.width) {
             let row: Vec<T> = row.iter().map(|&pixel| narrow(pixel)).collect();
             front.row(&row, narrow(threshold), &mut collected);
         }
-        assert_eq!(front.positions() - start, config.frame_positions());
+        assert_eq!(front.slots() - start, config.frame_slots());
         assert_eq!(collected.events.len(), reference.events.len(), "{config:?}");
         for (found, expected) in collected.events.iter().zip(&reference.events) {
             let ends = matches!(expected.1, Event::RowEnd { .. });
@@ -167,7 +167,7 @@ fn rows_equal<T: PixelWord + std::fmt::Debug>(
 }
 
 #[test]
-fn a_row_at_a_time_gives_the_same_corners_pixels_and_positions() {
+fn a_row_at_a_time_gives_the_same_corners_pixels_and_slots() {
     const SEED: u64 = 5103;
     let mut random = Random::new(SEED);
     let (mut corners, mut narrow) = (0, 0);

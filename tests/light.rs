@@ -239,7 +239,7 @@ fn a_map_with_a_sun_makes_no_bright_specks() {
     let down = Pose::new(DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2), DVec3::new(0.0, 1.5, 0.0));
     let exposure = seen(&lit, &camera, down, 4);
     let middle = mean(&exposure);
-    // Nothing casts a shadow on the plate: every pixel is the mean, but for the cosine of 64 aims on a coarse grid of samples (none).
+    // Nothing casts a shadow on the plate: every pixel is the mean, but for the cosine of 64 directions on a coarse grid of samples (none).
     let worst =
         exposure.photons.values().iter().fold(0.0_f64, |worst, &x| worst.max((f64::from(x) / middle - 1.0).abs()));
     assert!(middle > 0.0 && worst < 0.001, "{worst}");

@@ -305,7 +305,7 @@ fn flicker_noise_has_the_variance_of_its_transfer() {
             "sensor.adc.settle_signal_us=3.0",
             &format!("sensor.adc.cds={cds}"),
         ]);
-        let variance_uv2 = flicker_variance_uv2(&parameters.pixel, effects::sampling(&parameters));
+        let variance_uv2 = flicker_variance_uv2(&parameters.pixel, effects::sample_timing(&parameters));
         assert!((variance_uv2 / expected_uv2 - 1.0).abs() < 2e-4, "{cds}: {variance_uv2} for {expected_uv2}");
         let found = flat(&chain(&parameters, &["flicker_noise"]), 0.0, TIMES, at(0, 0));
         check(cds, &found, 0.0, variance_uv2 / 100.0);

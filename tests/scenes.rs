@@ -8,7 +8,7 @@ use sensel::config::Resolved;
 use sensel::error::Error;
 use sensel::num::{f32_from_i32, f32_nearest};
 use sensel::scene::mesh::{Mesh, area_m2};
-use sensel::scene::target::{self, Wish};
+use sensel::scene::target::{self, TargetRequest};
 use sensel::scene::{BakeSettings, Illuminant, Scene, Surroundings, generated};
 
 fn folder(name: &str) -> PathBuf {
@@ -103,7 +103,7 @@ fn every_scenario_in_the_folder_of_scenes_resolves_and_names_files_that_are_ther
             assert!(generated::NAMES.contains(&generator.as_str()), "{generator}");
         }
         if let Some(target) = &scenario.scene.target {
-            target::named(target, &scenario.scene.target_wish()).unwrap();
+            target::named(target, &scenario.scene.target_request()).unwrap();
         }
         for file in [&scenario.scene.file, &scenario.motion.file].into_iter().flatten() {
             // Files of a scenario stand in its own folder or in that of another scene.
@@ -120,11 +120,11 @@ fn a_generator_and_a_target_that_are_not_known_are_refused_with_those_that_are()
     let nothing = |file: &str| -> Result<Vec<u8>, Error> { panic!("{file} is read") };
     let text = generated::scene("castle", &Surroundings::default(), &nothing).unwrap_err().to_string();
     assert!(text.contains("castle") && generated::NAMES.iter().all(|name| text.contains(name)), "{text}");
-    let text = target::named("moire", &wish(&[])).unwrap_err().to_string();
+    let text = target::named("moire", &request(&[])).unwrap_err().to_string();
     assert!(text.contains("moire") && target::NAMES.iter().all(|name| text.contains(name)), "{text}");
 }
 
-fn wish(given: &[(&'static str, f64)]) -> Wish {
+fn request(given: &[(&'static str, f64)]) -> TargetRequest {
     let keys = [
         "target_distance_m",
         "target_size_m",
@@ -136,7 +136,7 @@ fn wish(given: &[(&'static str, f64)]) -> Wish {
         "target_point_cd",
     ];
     let value = |key: &str| given.iter().find(|(name, _)| *name == key).map(|(_, value)| *value);
-    Wish { reflectance: 0.18, illuminance_lux: 100.0, sizes: keys.map(|key| (key, value(key))).to_vec() }
+    TargetRequest { reflectance: 0.18, illuminance_lux: 100.0, sizes: keys.map(|key| (key, value(key))).to_vec() }
 }
 
 /// Reflectance of the material at each triangle that touches a point of the board's plane, or nothing there.
@@ -156,7 +156,7 @@ fn reflectance_at(scene: &Scene, [x, y]: [f32; 2], z: f32) -> f32 {
 fn the_slanted_edge_runs_through_the_middle_at_its_angle_and_contrast() {
     for angle_deg in [-5.0, 0.0, 5.0, 30.0] {
         let scene =
-            target::named("slanted_edge", &wish(&[("target_distance_m", 2.0), ("target_angle_deg", angle_deg)]))
+            target::named("slanted_edge", &request(&[("target_distance_m", 2.0), ("target_angle_deg", angle_deg)]))
                 .unwrap();
         let mut tried = 0;
         for step in -9..=9_i32 {
@@ -174,7 +174,8 @@ fn the_slanted_edge_runs_through_the_middle_at_its_angle_and_contrast() {
 
 #[test]
 fn the_wedge_falls_in_equal_steps_of_density() {
-    let scene = target::named("grey_wedge", &Wish { reflectance: 0.8, ..wish(&[("target_contrast", 100.0)]) }).unwrap();
+    let wedge = TargetRequest { reflectance: 0.8, ..request(&[("target_contrast", 100.0)]) };
+    let scene = target::named("grey_wedge", &wedge).unwrap();
     for step in 0..12_i32 {
         let x = (f32_from_i32(step) + 0.5) / 6.0 - 1.0;
         let expected = 0.8 * libm::pow(100.0, -f64::from(step) / 11.0);
@@ -185,7 +186,7 @@ fn the_wedge_falls_in_equal_steps_of_density() {
 
 #[test]
 fn squares_of_the_checkerboard_have_their_size_and_alternate() {
-    let scene = target::named("checkerboard", &wish(&[("target_size_m", 1.0), ("target_square_m", 0.15)])).unwrap();
+    let scene = target::named("checkerboard", &request(&[("target_size_m", 1.0), ("target_square_m", 0.15)])).unwrap();
     // Six whole squares of 0.15 m fit in 1 m.
     let mut squares = 0;
     for row in 0..6_i32 {
@@ -205,7 +206,8 @@ fn squares_of_the_checkerboard_have_their_size_and_alternate() {
 
 #[test]
 fn a_point_source_has_its_candela_and_its_position() {
-    let scene = target::named("point_sources", &wish(&[("target_square_m", 0.5), ("target_point_cd", 0.2)])).unwrap();
+    let scene =
+        target::named("point_sources", &request(&[("target_square_m", 0.5), ("target_point_cd", 0.2)])).unwrap();
     let glow = scene.mesh.materials.iter().position(|material| material.is_emissive()).unwrap();
     let emission = f64::from(scene.mesh.materials[glow].emission[1]);
     let discs: Vec<usize> = (0..scene.mesh.triangles.len())
@@ -235,12 +237,12 @@ fn keys_that_a_target_does_not_read_and_values_out_of_range_are_refused_by_name(
     ];
     let mut refused = 0;
     for (name, given, key) in cases {
-        let text = target::named(name, &wish(given)).unwrap_err().to_string();
+        let text = target::named(name, &request(given)).unwrap_err().to_string();
         assert!(text.contains(key) && text.contains("use ") || text.contains("has no effect"), "{text}");
         refused += 1;
     }
     assert_eq!(refused, 9);
-    let bright = Wish { reflectance: 0.9, ..wish(&[]) };
+    let bright = TargetRequest { reflectance: 0.9, ..request(&[]) };
     assert!(target::named("slanted_edge", &bright).unwrap_err().to_string().contains("0.625"));
 }
 
@@ -250,7 +252,7 @@ fn every_board_within_the_ranges_is_made() {
     const SEED: u64 = 20;
     let mut made = 0;
     let mut make = |name: &str, given: &[(&'static str, f64)]| {
-        let scene = target::named(name, &wish(given)).unwrap_or_else(|error| panic!("{name} {given:?}: {error}"));
+        let scene = target::named(name, &request(given)).unwrap_or_else(|error| panic!("{name} {given:?}: {error}"));
         assert!(scene.mesh.triangles.len() > 10, "{name} {given:?}");
         made += 1;
     };
@@ -286,20 +288,20 @@ fn a_reflectance_or_a_square_that_a_refusal_names_is_taken() {
         for name in ["slanted_edge", "checkerboard"] {
             let given = [("target_contrast", contrast)];
             let most = (1.0 + contrast) / (2.0 * contrast);
-            let Err(error) = target::named(name, &Wish { reflectance: 1.0, ..wish(&given) }) else {
+            let Err(error) = target::named(name, &TargetRequest { reflectance: 1.0, ..request(&given) }) else {
                 assert_eq!(contrast, 1.0);
                 continue;
             };
             assert!(error.to_string().contains(&format!("use {most} or less")), "{error}");
-            target::named(name, &Wish { reflectance: most, ..wish(&given) }).unwrap();
+            target::named(name, &TargetRequest { reflectance: most, ..request(&given) }).unwrap();
             tried += 1;
         }
     }
     for (name, least_m) in [("checkerboard", 80.0 / 500.0), ("point_sources", 80.0 / 50.0)] {
         let size = ("target_size_m", 80.0);
-        let error = target::named(name, &wish(&[size, ("target_square_m", 0.97 * least_m)])).unwrap_err();
+        let error = target::named(name, &request(&[size, ("target_square_m", 0.97 * least_m)])).unwrap_err();
         assert!(error.to_string().contains(&format!("use {least_m} or more")), "{error}");
-        target::named(name, &wish(&[size, ("target_square_m", least_m)])).unwrap();
+        target::named(name, &request(&[size, ("target_square_m", least_m)])).unwrap();
         tried += 1;
     }
     assert_eq!(tried, 12);

@@ -5,15 +5,15 @@
 // Counts and case numbers of a test are small; its reference mathematics need not be the same on all machines.
 #![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::disallowed_methods)]
 
-use sensel::draw::{DrawKey, EffectNumber, RowAddress, fill_uniforms, normals, poisson};
+use sensel::draw::{DrawKey, EffectNumber, RowId, fill_uniforms, normals, poisson};
 use sensel::simd::{self, Level};
 use sensel::units::{CameraIndex, FrameIndex, RowIndex};
 use statrs::distribution::{Discrete, DiscreteCDF, Poisson};
 
 const WIDTH: usize = 512;
 
-fn address(seed: u64, camera: u32, frame: u32, row: u32) -> RowAddress {
-    RowAddress { seed, camera: CameraIndex(camera), frame: FrameIndex(frame), slot: 0, row: RowIndex(row) }
+fn row_id(seed: u64, camera: u32, frame: u32, row: u32) -> RowId {
+    RowId { seed, camera: CameraIndex(camera), frame: FrameIndex(frame), slot: 0, row: RowIndex(row) }
 }
 
 fn uniforms(key: DrawKey, length: usize) -> Vec<u32> {
@@ -204,7 +204,7 @@ fn neighbours_in_every_field_of_a_key_are_uncorrelated_and_so_are_row_sums() {
     let rows = 256;
     let picture = |effect: u64, seed: u64, camera: u32, frame: u32, first_row: u32| -> Vec<f64> {
         let keys = (first_row..first_row + rows)
-            .map(|row| DrawKey::of_row(EffectNumber(effect), address(seed, camera, frame, row)));
+            .map(|row| DrawKey::of_row(EffectNumber(effect), row_id(seed, camera, frame, row)));
         keys.flat_map(|key| uniforms(key, WIDTH)).map(f64::from).collect()
     };
     let sums = |picture: &[f64]| -> Vec<f64> { picture.chunks(WIDTH).map(|row| row.iter().sum()).collect() };

@@ -86,7 +86,7 @@ fn random_params(chance: &mut Chance) -> AdcParams {
     params
 }
 
-/// Samples all over the range and beyond, some of them equal, some on edges to a nanovolt, some no numbers.
+/// Samples all over the range and beyond, some of them equal, some on ramp levels to a nanovolt, some no numbers.
 fn random_samples(chance: &mut Chance, converter: &Converter, params: &AdcParams, width: usize) -> Vec<f32> {
     let span_uv = params.full_scale_uv / params.gain;
     let hard = [0.0, -0.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30, -1e30];
@@ -94,8 +94,8 @@ fn random_samples(chance: &mut Chance, converter: &Converter, params: &AdcParams
         .map(|_| match chance.below(8) {
             0 => chance.one(&hard),
             1 | 2 => {
-                let edge_nv = converter.edge_nv(chance.below(params.code_max() + 1));
-                converter.sample_uv(edge_nv + chance.one(&[-1, 0, 1]))
+                let ramp_level_nv = converter.ramp_level_nv(chance.below(params.code_max() + 1));
+                converter.sample_uv(ramp_level_nv + chance.one(&[-1, 0, 1]))
             }
             3 => f32_nearest(0.3 * span_uv),
             _ => f32_nearest(chance.between(-0.3, 1.2) * span_uv),

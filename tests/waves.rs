@@ -82,17 +82,17 @@ fn check_run(case: &[&str]) {
     let asked = Asked { rows: Some("0,5,6"), columns: Some(&listed), frame: Some(1) };
     let plan = WavePlan::new(&sensor, asked, 2).unwrap();
     let mut session = Session::new(Setup::new(resolved, &NoFiles, &NoProgress).unwrap()).unwrap();
-    session.watch(FrameIndex(1), &plan.selection().rows);
+    session.probe_rows(FrameIndex(1), &plan.selection().rows);
     session.step(&NoClock).unwrap();
-    assert!(session.watched().is_empty(), "the other frame is kept");
+    assert!(session.probed_rows().is_empty(), "the other frame is kept");
     let frame = session.step(&NoClock).unwrap();
-    let mut unwatched = Session::new(Setup::new(again, &NoFiles, &NoProgress).unwrap()).unwrap();
-    unwatched.step(&NoClock).unwrap();
-    unwatched.step(&NoClock).unwrap();
-    assert_eq!(session.hashes(), unwatched.hashes(), "watching changed the run");
+    let mut unprobed = Session::new(Setup::new(again, &NoFiles, &NoProgress).unwrap()).unwrap();
+    unprobed.step(&NoClock).unwrap();
+    unprobed.step(&NoClock).unwrap();
+    assert_eq!(session.hashes(), unprobed.hashes(), "watching changed the run");
     let codes = &frame.cameras[0].codes;
     let rows: Vec<WaveRow> = session
-        .watched()
+        .probed_rows()
         .iter()
         .zip([0, 5, 6])
         .map(|(samples, row)| WaveRow { samples: samples.clone(), sent: Some(codes.row(row).to_vec()) })
@@ -105,7 +105,7 @@ fn check_run(case: &[&str]) {
     assert_eq!(latches.len(), 3);
     let (hts, vts) = (u64::from(sensor.schedule.hts()), sensor.schedule.vts());
     let mut compared = 0;
-    for ((&row, samples), &latch_ps) in [0, 5, 6].iter().zip(session.watched()).zip(&latches) {
+    for ((&row, samples), &latch_ps) in [0, 5, 6].iter().zip(session.probed_rows()).zip(&latches) {
         let crossings = converters.crossings(&samples.signal_uv, &samples.reset_uv);
         let line_clk = vts * hts + u64::try_from(row).unwrap() * hts;
         for column in columns {

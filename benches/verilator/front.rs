@@ -146,7 +146,7 @@ fn ticked(config: FxFrontConfig, pixels: &[u8]) -> (f64, u64, Vec<Left>) {
         let mut front = FxFront::new(config, memory);
         let (mut next, mut sum) = (0, 0);
         let start = Instant::now();
-        for clock in 0..config.frame_positions() {
+        for clock in 0..config.frame_slots() {
             let in_pixel = pixels.get(next).copied().unwrap_or(0).into();
             next += usize::from(front.in_ready(true));
             let pins = FxFrontIn { rst: false, in_valid: true, in_pixel, row_ok: true, threshold: THRESHOLD };
@@ -210,7 +210,7 @@ fn recorded(config: &FxFrontConfig, frame: &Frame) -> Vec<Left> {
 pub fn compare(verilator: &str, octaves: u32) {
     let config = FxFrontConfig { max_width: WIDTH, pix_bits: 8, octaves, harris: false, width: WIDTH, height: HEIGHT };
     let pixels = picture();
-    let clocks = config.frame_positions();
+    let clocks = config.frame_slots();
     let program = build(verilator, octaves);
     let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("verilator-front.bin");
     let settings = [WIDTH, HEIGHT, THRESHOLD.into(), u32::try_from(clocks).unwrap()];

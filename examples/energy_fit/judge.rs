@@ -94,7 +94,7 @@ fn keys(root: &Path, mode: &Mode) -> Vec<String> {
         }
         Change::Lanes(lanes, fps) => {
             let chip = chip();
-            let whole = chip.power.design.params.port_lanes.expect("a port of LVDS states its lanes");
+            let whole = chip.power.sensor.params.port_lanes.expect("a port of LVDS states its lanes");
             let ratio = f64::from(lanes) / f64::from(whole);
             let vts = f64_from_u64(chip.schedule.vts()) * ratio * chip.schedule.fps() / fps;
             let mut keys = clocked(&chip, ratio);

@@ -17,7 +17,7 @@ use sensel::ladder::{
 };
 use sensel::run::{Assets, NoFiles, NoProgress, Setup, Stopwatch};
 use sensel::scene::images::PictureBytes;
-use sensel::scene::lit::BOUNCES_MAX;
+use sensel::scene::lit::REFLECTIONS_MAX;
 
 const SCENES: [&str; 5] = ["bathroom", "bathroom_night", "hall", "street", "photo_box"];
 const ACCURACIES: [f64; 2] = [0.5, 1.0];
@@ -94,7 +94,7 @@ fn setup(scene: &str, set: &[String]) -> Result<Setup, Error> {
 /// Every family of rays and reflections on a fine grid, each from coarse to fine.
 fn render_grid(own: &Setting, keeps_images: bool) -> Vec<Vec<Setting>> {
     let mut all = Vec::new();
-    let mut numbers = if keeps_images { vec![BOUNCES_MAX, own.reflections, 0] } else { vec![own.reflections] };
+    let mut numbers = if keeps_images { vec![REFLECTIONS_MAX, own.reflections, 0] } else { vec![own.reflections] };
     numbers.dedup();
     for reflections in numbers {
         let of = |rays| Setting { rays, reflections, ..own.clone() };

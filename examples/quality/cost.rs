@@ -37,8 +37,8 @@ pub fn of(setting: &Setting) -> Option<Cost> {
     let frame = frame();
     // VGA has 25/9 of the pixels of the study's views, and so of the corners.
     let params = &ExtractorParams { target_features: params.target_features * 25 / 9, ..*params };
-    let settled = Extractor::new(params).settled(&frame, 10).expect("VGA is large enough");
-    let at_rest = ExtractorParams { threshold: settled.threshold, target_features: 0, ..*params };
+    let extracted = Extractor::new(params).first_frame(&frame, 10).expect("VGA is large enough");
+    let at_rest = ExtractorParams { threshold: extracted.threshold, target_features: 0, ..*params };
     let mut events = Events::default();
     let features = extract(&frame, 10, &at_rest, &mut events).expect("VGA is large enough").len();
     let technology = Technology::by_name("65nm").expect("it comes with the program");

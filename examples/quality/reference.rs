@@ -28,8 +28,8 @@ pub fn features(codes: &Codes, params: &ExtractorParams) -> Features {
     let inside = |position: u32, side: u32| position >= margin && position + margin < side;
     let mut cells: std::collections::BTreeMap<(u32, u32), Vec<Corner>> = std::collections::BTreeMap::new();
     let fine = ExtractorParams { pipeline_bits: BITS, threshold: params.threshold << (BITS - 8), ..*params };
-    let settled = Extractor::new(&fine).settled(&codes.plane, codes.bits).expect("views are large enough");
-    for corner in fast9(&words, settled.threshold) {
+    let extracted = Extractor::new(&fine).first_frame(&codes.plane, codes.bits).expect("views are large enough");
+    for corner in fast9(&words, extracted.threshold) {
         if inside(corner.x_px, size.width_px) && inside(corner.y_px, size.height_px) {
             cells.entry((corner.y_px / params.cell_px, corner.x_px / params.cell_px)).or_default().push(corner);
         }

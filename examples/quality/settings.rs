@@ -59,7 +59,7 @@ impl Method {
     pub fn features(&self, codes: &Codes) -> Features {
         match self {
             Self::Fixed(params) => {
-                let found = Extractor::new(params).settled(&codes.plane, codes.bits);
+                let found = Extractor::new(params).first_frame(&codes.plane, codes.bits);
                 found.expect("views are large enough").features.iter().map(keypoint).collect()
             }
             Self::Float => reference::features(codes, &USUAL),

@@ -14,11 +14,11 @@ pub struct ExtractorIn {
     pub rst: bool,
     /// Settings.
     pub settings: FxSettings,
-    /// A pixel stands.
+    /// A pixel is valid.
     pub in_valid: bool,
     /// Pixel in DN.
     pub in_pixel: u16,
-    /// The record that stands is taken.
+    /// The valid record is taken.
     pub out_ready: bool,
 }
 

@@ -18,7 +18,7 @@ pub trait ExtractorHost {
     /// Pixels `first` to `end` of a row are taken one by one, each when it is offered, the first not before `clk`: the last one's
     /// clock.
     fn offered_run(&mut self, first: u32, end: u32, y: u32, clk: u64) -> u64;
-    /// The first clock from this one on in which a record that stands is taken. Asked once a record.
+    /// The first clock from this one on in which a valid record is taken. Asked once a record.
     fn taken(&mut self, clk: u64) -> u64;
     /// A record is taken in this clock.
     fn leaves(&mut self, record: &Record, clk: u64);
@@ -41,7 +41,7 @@ struct InTime<'a> {
     /// Clocks in which a pixel could be taken.
     ready_clk: u64,
     ending: Option<Ending>,
-    /// When the record that stands is taken.
+    /// When the valid record is taken.
     taken_clk: Option<u64>,
 }
 
@@ -161,7 +161,7 @@ impl InTime<'_> {
         }
     }
 
-    /// The row's positions, from the clock that stands; the end of the row before leaves on the way, and a frame's last one behind it.
+    /// The row's slots, from the present clock; the end of the row before leaves on the way, and a frame's last one behind it.
     fn pass<S: ExtractorHost>(&mut self, next: Ending, width: u32, around: &mut S) {
         let first_clk = self.clk;
         let (pushed_clk, last_clk) = if next.row.octave == 0 && !next.row.is_virtual {
@@ -210,7 +210,7 @@ impl InTime<'_> {
         }
     }
 
-    /// When the record that stands is taken.
+    /// When the valid record is taken.
     fn taken_clk<S: ExtractorHost>(&mut self, around: &mut S) -> Option<u64> {
         if self.taken_clk.is_none() && self.back.record().is_some() {
             self.taken_clk = Some(around.taken(self.clk));

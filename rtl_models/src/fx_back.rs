@@ -1,7 +1,7 @@
 //! Back half of the extractor, twin of `verilog/fx_back.sv`. Converts corners and smoothed pixels to feature records, in the order in
 //! which their engines started. It also drives row permission, the threshold and the counters.
 //!
-//! Places are pixels of an octave, codes DN of the pipeline. The clock rules (docs/rtl.md) follow from the constants here.
+//! Positions are pixels of an octave, codes DN of the pipeline. The clock rules (docs/rtl.md) follow from the constants here.
 
 pub use crate::fx_cells::{CellList, ListedCorner};
 pub use crate::fx_dumps::Row;
@@ -124,7 +124,7 @@ impl<'a> FxBack<'a> {
         if settings.target == 0 { settings.threshold } else { self.adapted }
     }
 
-    /// The record that stands.
+    /// The valid record.
     pub fn record(&self) -> Option<&Record> {
         let engine = &self.engines[self.turn];
         engine.done().then(|| engine.record())

@@ -10,7 +10,7 @@ impl FxBack<'_> {
     }
 
     /// Clocks from now on that change descriptors alone, while no pixel, corner or end of a row comes; `u64::MAX` where nothing
-    /// is under way. After them a clock is due in which something else changes, or a record stands.
+    /// is under way. After them a clock is due in which something else changes, or a record becomes valid.
     pub(crate) fn quiet_clocks(&self, policy: Policy) -> u64 {
         let (start, late) = self.head_leaves(policy);
         let walks = self.cells.moves(self.fifo.room(policy, false)) || self.dumps.load(self.cells.active()).is_some();

@@ -55,21 +55,21 @@ pub struct FxBackIn {
     pub req: bool,
     /// The row that wants to start.
     pub request: Row,
-    /// Octave of what stands.
+    /// Octave of what is valid.
     pub octave: usize,
-    /// Arrival row of what stands.
+    /// Arrival row of what is valid.
     pub row: u32,
     /// A smoothed pixel: column, row, value.
     pub smoothed: Option<(u16, u16, u16)>,
     /// A corner.
     pub corner: Option<ListedCorner>,
-    /// The row's last outputs stand.
+    /// The row's last outputs are valid.
     pub row_end: bool,
     /// That row is virtual.
     pub row_end_virtual: bool,
     /// That row is the frame's last.
     pub frame_end: bool,
-    /// The record that stands is taken.
+    /// The valid record is taken.
     pub out_ready: bool,
 }
 
@@ -110,7 +110,7 @@ pub struct FxBackOut {
     pub row_ok: bool,
     /// The threshold that the front uses.
     pub threshold: u16,
-    /// A record stands.
+    /// A record is valid.
     pub valid: bool,
     /// The registers of the engine whose turn it is.
     pub record: Record,

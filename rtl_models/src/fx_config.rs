@@ -16,13 +16,13 @@ pub struct FxBackConfig {
     pub harris: bool,
     /// Side of a cell, 2^4 to 2^6.
     pub cell_log2: u32,
-    /// Places of a cell's list, 1 to 4.
+    /// Entries of a cell's list, 1 to 4.
     pub per_cell: u32,
     /// Rows of the ring, 2^6 or 2^7; cells of 64 need 2^7.
     pub ring_log2: u32,
     /// Engines, 1 to 4.
     pub engines: u32,
-    /// Places of the queue before the engines, 1 to 64.
+    /// Entries of the queue before the engines, 1 to 64.
     pub fifo_depth: u32,
     /// Bits of a descriptor, 64 to 256, whole bytes.
     pub desc_bits: u32,
@@ -80,7 +80,7 @@ pub(crate) fn small(count: u32) -> usize {
     usize::try_from(count).expect("counts of hardware are small")
 }
 
-/// Enabled clocks from a position to what it completes.
+/// Enabled clocks from a raster slot to what it completes.
 pub const FRONT_LATENCY: u32 = 6;
 /// Least side of an octave above 0: one pixel with a whole patch.
 pub const OCTAVE_SIDE_MIN: u32 = 33;
@@ -134,8 +134,8 @@ impl FxFrontConfig {
         line_words_of(self.max_width, octave)
     }
 
-    /// Enabled clocks of a frame, with those that drain.
-    pub fn frame_positions(&self) -> u64 {
+    /// Slots of a frame, an enabled clock each, with those that drain.
+    pub fn frame_slots(&self) -> u64 {
         let of = |octave| u64::from(self.width_of(octave) + 1) * u64::from(self.height_of(octave) + 1);
         (0..self.octaves).filter(|&octave| self.built(octave)).map(of).sum::<u64>() + u64::from(DRAIN)
     }
@@ -162,5 +162,5 @@ pub const fn line_words(max_width: u32, octaves: u32) -> usize {
     line_words_of(max_width, octaves) as usize
 }
 
-/// Positions of nothing after a frame, in which the last ones leave.
+/// Empty slots after a frame, in which the last ones leave.
 pub const DRAIN: u32 = 7;

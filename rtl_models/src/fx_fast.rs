@@ -40,7 +40,7 @@ impl FxFast {
         self.difference
     }
 
-    /// One enabled clock. `whole` belongs to the position whose difference comes next.
+    /// One enabled clock. `whole` belongs to the slot whose difference comes next.
     pub(crate) fn tick(&mut self, circle: &[u16; 16], centre: u16, whole: bool) {
         let before = (self.least, self.greatest, self.centres, self.bright, self.dark, self.difference);
         let above = self.bright.saturating_sub(self.centres[1]);

@@ -1,7 +1,7 @@
 //! Front half of the extractor, clock by clock, twin of `verilog/fx_front.sv`. Converts pixels of octave 0 in raster order (DN) to
 //! corners with score and rank, smoothed pixels and row ends of all octaves. Positions are pixels of their octave.
 //!
-//! Everything leaves [`FRONT_LATENCY`] enabled clocks after its position was taken, for one clock. `FrontRows` is the form that
+//! Everything leaves [`FRONT_LATENCY`] enabled clocks after its slot was taken, for one clock. `FrontRows` is the form that
 //! takes a row at a time.
 
 pub use crate::fx_config::{DRAIN, FRONT_LATENCY, FxFrontConfig, OCTAVE_SIDE_MIN, line_words};
@@ -10,7 +10,7 @@ use crate::fx_half::FxHalf;
 use crate::fx_harris::FxHarris;
 use crate::fx_nms::{FxNms, NmsIn};
 pub use crate::fx_rows::Request;
-use crate::fx_rows::{FxRows, Position};
+use crate::fx_rows::{FxRows, RasterSlot};
 use crate::fx_smooth::FxSmooth;
 use crate::fx_window::FxWindow;
 use crate::{flips, flips_of};
@@ -33,7 +33,7 @@ pub struct FxFrontMemory<'a> {
 pub struct FxFrontIn {
     /// Synchronous reset.
     pub rst: bool,
-    /// A pixel stands.
+    /// A pixel is valid.
     pub in_valid: bool,
     /// Pixel in DN.
     pub in_pixel: u16,
@@ -52,9 +52,9 @@ pub struct FxFrontOut {
     pub request: Request,
     /// Octave of what leaves.
     pub octave: u32,
-    /// Row of the position whose results leave; the octave's height for the virtual row.
+    /// Row of the slot whose results leave; the octave's height for the virtual row.
     pub row: u32,
-    /// A smoothed pixel stands.
+    /// A smoothed pixel is valid.
     pub sm_valid: bool,
     /// Its column.
     pub sm_x: u32,
@@ -62,7 +62,7 @@ pub struct FxFrontOut {
     pub sm_y: u32,
     /// Smoothed pixel in DN.
     pub sm_pixel: u16,
-    /// A corner stands.
+    /// A corner is valid.
     pub corner_valid: bool,
     /// Its column.
     pub corner_x: u32,
@@ -74,7 +74,7 @@ pub struct FxFrontOut {
     pub corner_resp: [u16; 9],
     /// Its rank among the corners of a cell: the score, or Harris.
     pub corner_rank: u16,
-    /// The row's last position leaves.
+    /// The row's last slot leaves.
     pub row_end: bool,
     /// The row is virtual.
     pub row_end_virtual: bool,
@@ -82,7 +82,7 @@ pub struct FxFrontOut {
     pub frame_end: bool,
 }
 
-/// What positions carry along: bit or element s belongs to the position taken s + 1 enabled clocks ago.
+/// What slots carry along: bit or element s belongs to the slot taken s + 1 enabled clocks ago.
 #[derive(Clone, Copy, Debug, Default)]
 struct Carried {
     first: u32,
@@ -112,7 +112,7 @@ pub struct FrontToggles {
     pub smooth: u64,
     /// Harris.
     pub harris: u64,
-    /// What positions carry along, and the columns on the pins.
+    /// What slots carry along, and the columns on the pins.
     pub top: u64,
 }
 
@@ -195,7 +195,7 @@ impl<'a> FxFront<'a> {
         self.rows.in_ready(row_ok)
     }
 
-    /// Positions taken so far.
+    /// Slots taken so far.
     pub fn enabled_clocks(&self) -> u64 {
         self.enabled
     }
@@ -213,7 +213,7 @@ impl<'a> FxFront<'a> {
         }
     }
 
-    /// Pins as they stand, for the `row_ok` that stands.
+    /// Pins as they are, for this `row_ok`.
     pub fn out(&self, row_ok: bool) -> FxFrontOut {
         let (sm_valid, sm_pixel) = self.smooth.pixel();
         let (corner_valid, corner_score, corner_resp) = self.nms.corner();
@@ -258,7 +258,7 @@ impl<'a> FxFront<'a> {
 
     /// One enabled clock: every block takes what the registers before it hold.
     fn step(&mut self, pins: &FxFrontIn) {
-        let position = self.rows.position();
+        let slot = self.rows.slot();
         let carried = self.carried;
         let address = |of: usize, used: bool| used.then(|| index(carried.addresses[of]));
         self.leave(&carried);
@@ -280,22 +280,22 @@ impl<'a> FxFront<'a> {
         }
         let pixel = if carried.half_scale { self.half.pixel() } else { self.full_pixel };
         let newest = self.window.newest();
-        self.window.tick(position.real_pixel.then(|| index(position.address)), address(0, carried.pixel), pixel);
+        self.window.tick(slot.real_pixel.then(|| index(slot.address)), address(0, carried.pixel), pixel);
         if self.config.octaves > 1 {
-            let read = position.real_pixel && position.half_scale;
+            let read = slot.real_pixel && slot.half_scale;
             let write = bit(carried.half, 1).then(|| index(carried.columns[1]));
-            self.half.tick(read.then(|| index(position.column)), write, newest);
+            self.half.tick(read.then(|| index(slot.column)), write, newest);
         }
-        if position.real_pixel && !position.half_scale {
+        if slot.real_pixel && !slot.half_scale {
             self.toggles += flips(self.full_pixel.into(), pins.in_pixel.into());
             self.full_pixel = pins.in_pixel;
         }
-        self.carry(&position);
+        self.carry(&slot);
         self.rows.tick();
         self.enabled += 1;
     }
 
-    /// What the position at the pipeline's end says on the pins. A row is longer than the pipeline, so the arbiter still stands in
+    /// What the slot at the pipeline's end says on the pins. A row is longer than the pipeline, so the arbiter still stands in
     /// its row.
     fn leave(&mut self, carried: &Carried) {
         let before = self.out;
@@ -316,22 +316,22 @@ impl<'a> FxFront<'a> {
         u32::MAX >> self.config.max_width.leading_zeros()
     }
 
-    fn carry(&mut self, position: &Position) {
+    fn carry(&mut self, slot: &RasterSlot) {
         let before = self.carried;
         let shift = |bits: u32, bit: bool, count: u32| (bits << 1 | u32::from(bit)) & ((1 << count) - 1);
         let addresses = if self.config.harris { 8 } else { 5 };
         let [a, b, c, d, e, f, g, _] = before.addresses;
         let mut next = Carried {
-            first: shift(before.first, position.first, 6),
-            last: shift(before.last, position.last, 6),
-            column: shift(before.column, position.real_column, 8),
-            whole: shift(before.whole, position.whole, 6),
-            peak: shift(before.peak, position.peak, 6),
-            pixel: position.real_pixel,
-            half_scale: position.half_scale,
-            half: shift(before.half, position.half, 2),
-            addresses: [position.address, a, b, c, d, e, f, g],
-            columns: [position.column >> 1, before.columns[0]],
+            first: shift(before.first, slot.first, 6),
+            last: shift(before.last, slot.last, 6),
+            column: shift(before.column, slot.real_column, 8),
+            whole: shift(before.whole, slot.whole, 6),
+            peak: shift(before.peak, slot.peak, 6),
+            pixel: slot.real_pixel,
+            half_scale: slot.half_scale,
+            half: shift(before.half, slot.half, 2),
+            addresses: [slot.address, a, b, c, d, e, f, g],
+            columns: [slot.column >> 1, before.columns[0]],
         };
         next.addresses[addresses..].fill(0);
         self.toggles += flips_of(&before.addresses, &next.addresses) + flips_of(&before.columns, &next.columns);

@@ -1,7 +1,7 @@
 //! Front half of the extractor, one row at a time: same results as `FxFront` without stalls. For each row of each octave, in the
-//! arbiter's order, it gives smoothed pixels and corners with the index of the position that completes them.
+//! arbiter's order, it gives smoothed pixels and corners with the index of the slot that completes them.
 //!
-//! A position's number counts enabled clocks, so with stalls the results are the same and only their clocks move. Loops are over
+//! A slot's number counts enabled clocks, so with stalls the results are the same and only their clocks move. Loops are over
 //! fixed blocks of pixels, so that they become vectors; every function is inlined into the caller's instruction set.
 
 use crate::fx_config::{FxFrontConfig, line_words};
@@ -61,7 +61,7 @@ pub struct RowDone<'a, T> {
     pub is_virtual: bool,
     /// It is the frame's last one.
     pub frame_end: bool,
-    /// Number of its first position. Position `start + x` completes the smoothed pixel (x - 3, row - 3) and the corner (x - 4, row -
+    /// Number of its first slot. Slot `start + x` completes the smoothed pixel (x - 3, row - 3) and the corner (x - 4, row -
     /// 4).
     pub start: u64,
     /// Smoothed pixels from column 3 on; empty where there are none.
@@ -95,7 +95,7 @@ pub struct FrontRows<'a, T> {
     config: FxFrontConfig,
     memory: FrontRowsMemory<'a, T>,
     row_0: u32,
-    position: u64,
+    slots: u64,
 }
 
 #[inline(always)]
@@ -127,12 +127,12 @@ impl<'a, T: PixelWord> FrontRows<'a, T> {
         assert!(memory.pixels.len() == KEPT_ROWS * words && memory.differences.len() == 3 * words, "rows are kept");
         let max_width = index(config.max_width);
         assert!(memory.scratch.len() == max_width && memory.sums.len() == max_width, "a row is worked on");
-        Self { config, memory, row_0: 0, position: 0 }
+        Self { config, memory, row_0: 0, slots: 0 }
     }
 
-    /// Positions run so far, with those that drain.
-    pub fn positions(&self) -> u64 {
-        self.position
+    /// Slots run so far, with those that drain.
+    pub fn slots(&self) -> u64 {
+        self.slots
     }
 
     /// The next row of octave 0, and every row that it lets run before the next. Panics on another length than the width.
@@ -157,7 +157,7 @@ impl<'a, T: PixelWord> FrontRows<'a, T> {
             (octave, row) = (octave + 1, row >> 1);
         }
         self.row_0 = if frame_end { 0 } else { self.row_0 + 1 };
-        self.position += if frame_end { u64::from(DRAIN) } else { 0 };
+        self.slots += if frame_end { u64::from(DRAIN) } else { 0 };
     }
 
     #[inline(always)]
@@ -192,8 +192,8 @@ impl<'a, T: PixelWord> FrontRows<'a, T> {
             self.smooth(octave, row);
         }
         let smoothed = if whole { &self.memory.scratch[..width - 6] } else { &[] };
-        sink.row(&RowDone { octave, row, is_virtual, frame_end: end, start: self.position, smoothed });
-        self.position += u64::from(self.config.width_of(octave)) + 1;
+        sink.row(&RowDone { octave, row, is_virtual, frame_end: end, start: self.slots, smoothed });
+        self.slots += u64::from(self.config.width_of(octave)) + 1;
     }
 
     /// Differences at the centres of the row three above.

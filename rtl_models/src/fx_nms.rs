@@ -18,9 +18,9 @@ pub(crate) struct FxNms<'a> {
 /// What enters beside the difference.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NmsIn {
-    /// Word to read for the position after.
+    /// Word to read for the next slot.
     pub(crate) read: Option<usize>,
-    /// Word of the position whose difference stands; none in a virtual column.
+    /// Word of the slot whose difference is there; none in a virtual column.
     pub(crate) column: Option<usize>,
     pub(crate) difference: u16,
     pub(crate) peak: bool,
@@ -41,7 +41,7 @@ impl<'a> FxNms<'a> {
         (self.corner_valid, self.corner_score, self.corner_resp) = (false, 0, [0; 9]);
     }
 
-    /// A clock that is not enabled: a corner stands for one clock only.
+    /// A clock that is not enabled: a corner is valid for one clock only.
     pub(crate) fn idle(&mut self) {
         self.toggles += u64::from(self.corner_valid);
         self.corner_valid = false;

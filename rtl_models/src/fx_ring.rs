@@ -73,7 +73,7 @@ impl<'a> FxRing<'a> {
         (self.read, self.column) = (None, None);
     }
 
-    /// The column that stands.
+    /// The column on the output.
     pub fn column(&self) -> Option<&Column> {
         self.column.as_ref()
     }

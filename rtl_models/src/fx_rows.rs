@@ -1,4 +1,4 @@
-//! Row arbiter, twin of `verilog/fx_rows.sv`. Chooses the octave that advances in this clock, and reports the position taken and what it
+//! Row arbiter, twin of `verilog/fx_rows.sv`. Chooses the octave that advances in this clock, and reports the slot taken and what it
 //! completes. Columns and rows are pixels of their octave.
 
 use crate::flips;
@@ -18,9 +18,9 @@ pub struct Request {
     pub is_virtual: bool,
 }
 
-/// The position at which the arbiter stands.
+/// The raster slot that the arbiter has reached.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Position {
+pub(crate) struct RasterSlot {
     pub(crate) first: bool,
     pub(crate) last: bool,
     pub(crate) real_pixel: bool,
@@ -72,7 +72,7 @@ impl FxRows {
         Request { req, octave: self.octave, row, is_virtual: self.virtual_row }
     }
 
-    /// A real position of octave 0: it needs a pixel.
+    /// A real slot of octave 0: it needs a pixel.
     fn wants_pixel(&self) -> bool {
         !self.end_column() && !self.draining() && !self.virtual_row && self.octave == 0
     }
@@ -85,11 +85,11 @@ impl FxRows {
         self.draining() || ((self.column != 0 || row_ok) && (in_valid || !self.wants_pixel()))
     }
 
-    pub(crate) fn position(&self) -> Position {
+    pub(crate) fn slot(&self) -> RasterSlot {
         let (x, row, draining) = (self.column, self.row(), self.draining());
         let real_column = !self.end_column() && !draining;
         let real_pixel = real_column && !self.virtual_row;
-        Position {
+        RasterSlot {
             first: x == 0 && !draining,
             last: self.end_column() && !draining,
             real_pixel,

@@ -30,7 +30,7 @@ impl FxSmooth {
         (self.sm_valid, self.sm_pixel) = (false, 0);
     }
 
-    /// A clock that is not enabled: a pixel stands for one clock only.
+    /// A clock that is not enabled: a pixel is valid for one clock only.
     pub(crate) fn idle(&mut self) {
         self.toggles += u64::from(self.sm_valid);
         self.sm_valid = false;

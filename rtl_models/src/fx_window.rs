@@ -63,7 +63,7 @@ impl<'a> FxWindow<'a> {
         [4, 5, 6].map(|column| self.rows.map(|row| row[column]))
     }
 
-    /// One enabled clock: reads for one position, takes and writes back the pixel of the position before.
+    /// One enabled clock: reads for one slot, takes and writes back the pixel of the slot before.
     pub(crate) fn tick(&mut self, read: Option<usize>, write: Option<usize>, pixel: u16) {
         let [a, b, c, d, e, f] = self.older;
         let column = [a, b, c, d, e, f, pixel];

@@ -1,7 +1,7 @@
 // FAST-9/16: the greatest, over the 16 arcs of nine pixels, of the least difference to the centre, all brighter or all darker; 0 if none.
 //
-// Eight runs of eight pixels from odd places, each with either of the two pixels beside it, are all sixteen arcs. A network of minima and maxima
-// without branches, three enabled clocks from the window to `difference`. `whole` (the 7x7 pixels are there) belongs to the position whose difference comes next.
+// Eight runs of eight pixels from the odd pixels of the circle, each with either of the two pixels beside it, are all sixteen arcs. A network of minima and maxima
+// without branches, three enabled clocks from the window to `difference`. `whole` (the 7x7 pixels are there) belongs to the slot whose difference comes next.
 module fx_fast #(
     parameter PIX_BITS = 8
 ) (

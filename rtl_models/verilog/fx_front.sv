@@ -1,7 +1,7 @@
 // The extractor's front: pixels in, corners and smoothed pixels of all octaves out.
 //
 // Inputs: pixels of octave 0 in raster order, frame after frame; a row of any octave starts when row_ok answers req. Outputs: the smoothed pixel and the corner that
-// a position (x, y) completes, at (x-3, y-3) and (x-4, y-4), and row_end with a row's last position: FRONT_LATENCY = 6 enabled clocks after the position was
+// a raster slot (x, y) completes, at (x-3, y-3) and (x-4, y-4), and row_end with a row's last slot: FRONT_LATENCY = 6 enabled clocks after the slot was
 // taken, for one clock. The whole pipeline has one enable. corner_resp holds the nine differences by rows, the upper left one lowest; corner_rank is the score,
 // or the Harris rank. width is 7 .. MAX_WIDTH, height at least 7; threshold holds still within a frame. Reset is synchronous.
 module fx_front #(
@@ -81,7 +81,7 @@ module fx_front #(
       .address(address)
   );
 
-  // What a position carries along: bit or element s belongs to the position taken s + 1 enabled clocks ago.
+  // What a slot carries along: bit or element s belongs to the slot taken s + 1 enabled clocks ago.
   logic [5:0] first_at, last_at, whole_at, peak_at;
   logic pixel_at_0, half_scale_at_0;
   // The last ones belong to ranks, which are written later than anything leaves.
@@ -249,7 +249,7 @@ module fx_front #(
     end
   endgenerate
 
-  // A row is longer than the pipeline, so the arbiter still stands in the row whose first position comes out, or drains with the last one.
+  // A row is longer than the pipeline, so the arbiter still stands in the row whose first slot comes out, or drains with the last one.
   logic [COLUMN-1:0] out_x;
   always_ff @(posedge clk) begin
     if (rst) begin

@@ -1,6 +1,6 @@
 // Half-scale pixels, (a + b + c + d + 2) >> 2 over 2x2, and the row buffer from which the next octave takes its row.
 //
-// One buffer serves all octaves: octave k + 1 writes over what octave k's row has already read. A position reads one enabled clock before its pixel is
+// One buffer serves all octaves: octave k + 1 writes over what octave k's row has already read. A slot reads one enabled clock before its pixel is
 // needed; a half-scale pixel is written one enabled clock after the window holds its 2x2.
 module fx_half #(
     parameter PIX_BITS = 8,

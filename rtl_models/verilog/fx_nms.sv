@@ -1,6 +1,6 @@
 // Strict non-maximum suppression over 3x3 differences: two line buffers of differences and the window over them.
 //
-// A position reads the two differences above its own one enabled clock before; with its own they enter the window, and are written back. A corner is a
+// A slot reads the two differences above its own one enabled clock before; with its own they enter the window, and are written back. A corner is a
 // difference above the threshold and above all eight neighbours. It leaves one enabled clock later, for one clock; its pins hold until the next.
 module fx_nms #(
     parameter PIX_BITS = 8,
@@ -13,7 +13,7 @@ module fx_nms #(
     input  logic [  PIX_BITS-1:0] threshold,
     input  logic                  read,
     input  logic [   ADDRESS-1:0] read_address,
-    input  logic                  column,         // the position after is a real column: it reads and writes
+    input  logic                  column,         // the next slot is a real column: it reads and writes
     input  logic [   ADDRESS-1:0] write_address,
     input  logic [  PIX_BITS-1:0] difference,
     input  logic                  peak,           // the window is whole

@@ -1,9 +1,9 @@
-// Row arbiter: which position of which octave the front takes in this clock.
+// Row arbiter: which raster slot of which octave the front takes in this clock.
 //
-// A row of octave k has w_k + 1 positions, a picture h_k + 1 rows (w_k = width >> k, h_k = height >> k): the virtual column and row after the last
+// A row of octave k has w_k + 1 slots, a picture h_k + 1 rows (w_k = width >> k, h_k = height >> k): the virtual column and row after the last
 // ones let border corners out. After a row of octave k follow, if there are any, its virtual row, and after odd rows the row of octave k + 1 that became
-// whole; then the next row of octave 0. An octave under 33 pixels a side is not built. A frame ends with DRAIN positions of nothing.
-// enable = this clock takes a position: a row starts only with row_ok, and real positions of octave 0 wait for in_valid. Reset is synchronous.
+// whole; then the next row of octave 0. An octave under 33 pixels a side is not built. A frame ends with DRAIN empty slots.
+// enable = this clock takes a slot: a row starts only with row_ok, and real slots of octave 0 wait for in_valid. Reset is synchronous.
 module fx_rows #(
     parameter MAX_WIDTH = 640,
     parameter OCTAVES   = 1,

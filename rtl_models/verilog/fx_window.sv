@@ -1,6 +1,6 @@
 // Six line buffers and the 7x7 window that slides over them.
 //
-// A position reads its column's six older pixels, and one enabled clock later shifts them into the window with the seventh, `pixel`, which is also
+// A slot reads its column's six older pixels, and one enabled clock later shifts them into the window with the seventh, `pixel`, which is also
 // written back. Column 6 of the window is the newest, row 6 the lowest. The corners that no block looks at have no registers.
 module fx_window #(
     parameter PIX_BITS = 8,
@@ -11,7 +11,7 @@ module fx_window #(
     input  logic                    en,
     input  logic                    read,
     input  logic [     ADDRESS-1:0] read_address,
-    input  logic                    write,          // the position before
+    input  logic                    write,          // the slot before
     input  logic [     ADDRESS-1:0] write_address,
     input  logic [    PIX_BITS-1:0] pixel,
     output logic [ 16*PIX_BITS-1:0] circle,         // clockwise from straight below, element 0 lowest

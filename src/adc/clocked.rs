@@ -13,7 +13,7 @@ use super::columns::{Columns, Converter};
 use super::crossings::NEVER;
 use super::kickback::{Kickback, Shift};
 use super::params::{Cds, Counter, Counting};
-use super::ramp::RampEdges;
+use super::ramp::RampLevels;
 use super::sample::{RowWork, Sample};
 use crate::num::{index, u64_from};
 use crate::rtl_simulator::RowRequest;
@@ -21,18 +21,18 @@ use crate::rtl_simulator::RowRequest;
 /// The columns under one ramp during one conversion.
 #[derive(Clone, Debug)]
 pub struct Comparators<'a> {
-    edges: &'a RampEdges,
+    ramp_levels: &'a RampLevels,
     kickback: Option<&'a Kickback>,
     shift: Shift,
     clock: u32,
     ramp_nv: i64,
     delays_clk: Vec<u32>,
-    /// Level and index of columns that have not been crossed, the lowest last.
+    /// Level and number among the chosen of columns that have not been crossed, the lowest last.
     waiting: Vec<(i64, usize)>,
-    /// Clock at which a crossed column's bit goes high, and its index.
+    /// Clock at which a crossed column's bit goes high, and its number.
     due: BinaryHeap<Reverse<(u32, usize)>>,
     high: Vec<bool>,
-    /// Columns whose bits went high at the present clock.
+    /// Columns, by their number, whose bits went high at the present clock.
     flipped: Vec<usize>,
 }
 
@@ -40,10 +40,10 @@ impl<'a> Comparators<'a> {
     /// All bits low, the ramp at its bottom. `chosen` columns of the row, with their levels.
     fn new(columns: &Columns<'a>, chosen: &[usize], levels_nv: impl Iterator<Item = i64>) -> Self {
         let converter = columns.converter;
-        let mut waiting: Vec<_> = levels_nv.enumerate().map(|(at, level_nv)| (level_nv, at)).collect();
+        let mut waiting: Vec<_> = levels_nv.enumerate().map(|(number, level_nv)| (level_nv, number)).collect();
         waiting.sort_unstable_by(|a, b| b.cmp(a));
         Self {
-            edges: &converter.edges,
+            ramp_levels: &converter.ramp_levels,
             kickback: converter.kickback.as_ref(),
             shift: Shift::default(),
             clock: 0,
@@ -61,7 +61,7 @@ impl<'a> Comparators<'a> {
         &self.high
     }
 
-    /// Columns, by their index among the chosen, whose bits went high at the present clock.
+    /// Columns, by their number among the chosen, whose bits went high at the present clock.
     pub fn flipped(&self) -> &[usize] {
         &self.flipped
     }
@@ -76,26 +76,26 @@ impl<'a> Comparators<'a> {
         self.clock += 1;
         self.flipped.clear();
         let shift_nv = self.kickback.map_or(0, |kickback| kickback.shift_nv(self.shift, self.clock));
-        self.ramp_nv = self.edges.edge_nv(self.clock) + shift_nv;
-        while let Some(&(level_nv, at)) = self.waiting.last() {
+        self.ramp_nv = self.ramp_levels.ramp_level_nv(self.clock) + shift_nv;
+        while let Some(&(level_nv, number)) = self.waiting.last() {
             if self.ramp_nv <= level_nv {
                 break;
             }
             self.waiting.pop();
-            match self.delays_clk[at] {
-                0 => self.flipped.push(at),
-                delay_clk => self.due.push(Reverse((self.clock + delay_clk, at))),
+            match self.delays_clk[number] {
+                0 => self.flipped.push(number),
+                delay_clk => self.due.push(Reverse((self.clock + delay_clk, number))),
             }
         }
-        while let Some(&Reverse((clock, at))) = self.due.peek() {
+        while let Some(&Reverse((clock, number))) = self.due.peek() {
             if clock > self.clock {
                 break;
             }
             self.due.pop();
-            self.flipped.push(at);
+            self.flipped.push(number);
         }
-        for &at in &self.flipped {
-            self.high[at] = true;
+        for &number in &self.flipped {
+            self.high[number] = true;
         }
         if let Some(kickback) = self.kickback.filter(|_| !self.flipped.is_empty()) {
             let flips = crate::num::u32_from(self.flipped.len());
@@ -242,10 +242,10 @@ impl Columns<'_> {
                 let (reset_steps, signal_steps) = (steps(Sample::Reset), steps(Sample::Signal));
                 verilog.row(&RowRequest { cds: params.column(), signal_steps, reset_steps, reset_clk, signal_clk })
             });
-            for (at, &column) in chosen.iter().enumerate() {
+            for (number, &column) in chosen.iter().enumerate() {
                 codes[column] = match &in_verilog {
-                    Some(codes) => codes[at],
-                    None => counters.code(at, params.code_max()),
+                    Some(codes) => codes[number],
+                    None => counters.code(number, params.code_max()),
                 };
             }
             work.counter_steps += counters.work.counter_steps;
@@ -262,8 +262,8 @@ impl Columns<'_> {
         for clock in 1..=self.converter.steps(sample) {
             comparators.tick();
             counters.tick(comparators.flipped());
-            for &at in comparators.flipped() {
-                crossings_clk[at] = clock;
+            for &number in comparators.flipped() {
+                crossings_clk[number] = clock;
             }
         }
         crossings_clk
@@ -287,14 +287,15 @@ impl Columns<'_> {
                 continue;
             }
             for (pass, (chosen, counters)) in passes.iter().zip(&mut counters).enumerate() {
-                let indices: Vec<usize> = (0..chosen.len()).filter(|&at| watched.contains(&chosen[at])).collect();
+                let numbers: Vec<usize> =
+                    (0..chosen.len()).filter(|&number| watched.contains(&chosen[number])).collect();
                 let mut comparators = self.comparators(chosen, samples_uv);
                 counters.begin(sample);
                 for clock in 1..=self.converter.steps(sample) {
                     comparators.tick();
                     counters.tick(comparators.flipped());
-                    let bits: Vec<bool> = indices.iter().map(|&at| comparators.bits()[at]).collect();
-                    let readings: Vec<i64> = indices.iter().map(|&at| counters.reading(at)).collect();
+                    let bits: Vec<bool> = numbers.iter().map(|&number| comparators.bits()[number]).collect();
+                    let readings: Vec<i64> = numbers.iter().map(|&number| counters.reading(number)).collect();
                     let (pass, ramp_nv) = (crate::num::u32_from(pass), comparators.ramp_nv());
                     see(ClockView { sample, pass, clock, ramp_nv, bits: &bits, counters: &readings });
                 }
@@ -328,7 +329,7 @@ mod tests {
         let mut shift = Shift::default();
         for clock in 1..=steps {
             let shift_nv = converter.kickback.as_ref().map_or(0, |kickback| kickback.shift_nv(shift, clock));
-            let ramp_nv = converter.edge_nv(clock) + shift_nv;
+            let ramp_nv = converter.ramp_level_nv(clock) + shift_nv;
             let before = bits.clone();
             for (column, &level_nv) in levels_nv.iter().enumerate() {
                 if due[column].is_none() && ramp_nv > level_nv {

@@ -3,14 +3,14 @@
 use super::kickback::Kickback;
 use super::linear::LinearKernel;
 use super::params::AdcParams;
-use super::ramp::RampEdges;
+use super::ramp::RampLevels;
 use crate::rtl_simulator::SharedRtlSimulator;
 
 /// The column converters, with everything that does not depend on the signal done beforehand.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Converter {
     pub(super) params: AdcParams,
-    pub(super) edges: RampEdges,
+    pub(super) ramp_levels: RampLevels,
     pub(super) kickback: Option<Kickback>,
     pub(super) pedestal_nv: i64,
     /// Of equal steps, many columns at a time.

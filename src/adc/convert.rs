@@ -1,7 +1,7 @@
 //! A row of conversions. Converts microvolts to codes in LSB, and reports how long counters and comparators ran.
 //!
 //! A column's comparator goes high at the first clock at which the ramp is above the sample plus pedestal, after its delay;
-//! its count is the clocks before that, or all. One conversion: the count is the code, and the pedestal is the edge of the black
+//! its count is the clocks before that, or all. One conversion: the count is the code, and the pedestal is the ramp level of the black
 //! level, so that no signal gives that code. Digital double sampling: black level minus the count of the reset ramp plus the count
 //! of the signal ramp, clipped to 0 .. 2^b - 1 (an up/down counter that starts at the black level). The pedestal is a level of the
 //! actual ramp. docs/adc.md has the details.
@@ -12,7 +12,7 @@ use super::crossings::{NEVER, crossings};
 use super::kickback::Kickback;
 use super::linear::{LinearKernel, ROUNDER};
 use super::params::{AdcParams, Cds};
-use super::ramp::RampEdges;
+use super::ramp::RampLevels;
 pub use super::sample::{RowWork, Sample};
 use crate::draw::DrawKey;
 use crate::fidelity::Rung;
@@ -31,15 +31,15 @@ pub struct Crossings {
 impl Converter {
     /// Prepares checked parameters in closed form. Panics where `AdcParams::check` would refuse them.
     pub fn new(params: &AdcParams) -> Self {
-        let edges = RampEdges::new(params).expect("the parameters were checked");
+        let ramp_levels = RampLevels::new(params).expect("the parameters were checked");
         let kickback = Kickback::from_params(params);
         let alike = params.comparator_delay_clk == 0 && params.comparator_delay_sigma_clk == 0.0;
         Self {
-            kernel: edges.has_equal_steps().then(|| LinearKernel::new(params)),
-            is_plain: edges.has_equal_steps() && kickback.is_none() && alike,
-            pedestal_nv: edges.edge_nv(params.pedestal_lsb()),
+            kernel: ramp_levels.has_equal_steps().then(|| LinearKernel::new(params)),
+            is_plain: ramp_levels.has_equal_steps() && kickback.is_none() && alike,
+            pedestal_nv: ramp_levels.ramp_level_nv(params.pedestal_lsb()),
             params: params.clone(),
-            edges,
+            ramp_levels,
             kickback,
             is_clocked: false,
             verilog: None,
@@ -58,9 +58,9 @@ impl Converter {
         Self { verilog, ..self }
     }
 
-    /// Where the ramp stands after `k` clocks, in nV above its bottom, undisturbed.
-    pub fn edge_nv(&self, k: u32) -> i64 {
-        self.edges.edge_nv(k)
+    /// Where the ramp is after `k` clocks, in nV above its bottom, undisturbed.
+    pub fn ramp_level_nv(&self, k: u32) -> i64 {
+        self.ramp_levels.ramp_level_nv(k)
     }
 
     /// The converters of a die. `die` is the key of its columns, as `RowPass::column_pattern_key` makes it.
@@ -100,9 +100,9 @@ impl Converter {
         }
     }
 
-    /// Edges at or below a signal sample on the undisturbed ramp: the clock before the ramp passes its level.
+    /// Ramp levels at or below a signal sample on the undisturbed ramp: the clock before the ramp passes its level.
     pub(super) fn undisturbed_count(&self, sample_uv: f32) -> u32 {
-        self.edges.count(self.level_nv(sample_uv), self.params.code_max())
+        self.ramp_levels.count(self.level_nv(sample_uv), self.params.code_max())
     }
 }
 
@@ -131,7 +131,7 @@ impl Columns<'_> {
     }
 
     /// Converts a row of samples (uV above the dark level, rounded once, half-even, to nV). `reset_uv` is read only where the reset
-    /// sample is converted separately, and may be empty otherwise. A NaN counts no edge. Panics if the lengths differ.
+    /// sample is converted separately, and may be empty otherwise. A NaN counts no ramp level. Panics if the lengths differ.
     pub fn convert_row(&self, signal_uv: &[f32], reset_uv: &[f32], codes: &mut [u16]) -> RowWork {
         let reset_uv = self.checked_reset(signal_uv, reset_uv);
         assert!(signal_uv.len() == codes.len(), "a column has one code");
@@ -210,25 +210,25 @@ mod tests {
     use crate::num::{f32_nearest, f64_from_i64, i64_half_even, u32_truncated};
     use rand::RngExt;
 
-    /// The definition: edges at or below signal plus pedestal, counted one by one by bisection of the sorted edges.
-    fn counted(edges_nv: &[i64], pedestal_nv: i64, microvolts: f32) -> u16 {
+    /// The definition: ramp levels at or below signal plus pedestal, counted one by one by bisection of the sorted levels.
+    fn counted(ramp_levels_nv: &[i64], pedestal_nv: i64, microvolts: f32) -> u16 {
         let signal_nv = i64_half_even((f64::from(microvolts) * 1000.0).clamp(-1e15, 1e15));
-        u16::try_from(edges_nv.partition_point(|&edge_nv| edge_nv <= signal_nv + pedestal_nv)).unwrap()
+        u16::try_from(ramp_levels_nv.partition_point(|&level_nv| level_nv <= signal_nv + pedestal_nv)).unwrap()
     }
 
     fn check(params: &AdcParams, microvolts: &[f32]) {
         let converter = Converter::new(params);
-        let edges_nv: Vec<i64> = (1..=params.code_max()).map(|k| converter.edge_nv(k)).collect();
-        let pedestal_nv = converter.edge_nv(params.black_level_dn);
+        let ramp_levels_nv: Vec<i64> = (1..=params.code_max()).map(|k| converter.ramp_level_nv(k)).collect();
+        let pedestal_nv = converter.ramp_level_nv(params.black_level_dn);
         let mut codes = vec![0; microvolts.len()];
         converter.convert_row(microvolts, &[], &mut codes);
         for (&microvolts, &code) in microvolts.iter().zip(&codes) {
-            let expected = counted(&edges_nv, pedestal_nv, microvolts);
+            let expected = counted(&ramp_levels_nv, pedestal_nv, microvolts);
             assert_eq!(code, expected, "{microvolts} uV of {params:?}");
         }
     }
 
-    /// Small spans, so that an f32 of microvolts holds each nanovolt around every edge.
+    /// Small spans, so that an f32 of microvolts holds each nanovolt around every ramp level.
     #[test]
     fn every_boundary_at_every_depth_is_exact_to_one_nanovolt() {
         let mut tried = 0;
@@ -240,7 +240,7 @@ mod tests {
                 let around = |k| (-1..=1).map(move |step| (k, step));
                 let signals: Vec<f32> = (0..=params.code_max())
                     .flat_map(around)
-                    .map(|(k, step)| f32_nearest(f64_from_i64(converter.edge_nv(k) + step) / 1000.0))
+                    .map(|(k, step)| f32_nearest(f64_from_i64(converter.ramp_level_nv(k) + step) / 1000.0))
                     .collect();
                 check(&params, &signals);
                 tried += signals.len();
@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn random_configs_agree_with_the_count_of_edges() {
+    fn random_configs_agree_with_the_count_of_ramp_levels() {
         let mut stream = DrawKey::root(21).stream();
         let mut draw = |least: f64, most: f64| least + (most - least) * stream.random::<f64>();
         for case in 0..300 {

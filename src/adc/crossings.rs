@@ -1,7 +1,7 @@
 //! When comparators go high, in closed form. Computes the first clock at which each comparator is high, from levels in nV and delays.
 //!
 //! A crossing is that clock, the comparator's delay included. Without kickback a column's crossing follows from its own level. With
-//! kickback all columns that share the ramp are one system, solved from event to event: at clock t all columns compare with edge t
+//! kickback all columns that share the ramp are one system, solved from event to event: at clock t all columns compare with ramp level t
 //! plus the shift; comparators that go high at t shift the ramp from t + 1 on. Between two events a search finds the next level that
 //! the ramp passes: all columns see one ramp, so it is always the lowest level that is left. `Comparators` of the clocked rung steps
 //! through the same definition.
@@ -11,7 +11,7 @@ use std::collections::BinaryHeap;
 
 use super::columns::Columns;
 use super::kickback::{Kickback, Shift};
-use super::ramp::RampEdges;
+use super::ramp::RampLevels;
 use super::sample::Sample;
 
 /// The comparator stays low for the whole conversion.
@@ -24,7 +24,7 @@ pub(super) fn crossings(columns: &Columns<'_>, sample: Sample, samples_uv: &[f32
     let Some(kickback) = &converter.kickback else {
         let mut found = match &converter.kernel {
             Some(kernel) => kernel.counts(sample, samples_uv),
-            None => samples_uv.iter().map(|&uv| converter.edges.count(converter.level_nv(uv), steps)).collect(),
+            None => samples_uv.iter().map(|&uv| converter.ramp_levels.count(converter.level_nv(uv), steps)).collect(),
         };
         for (column, crossing) in found.iter_mut().enumerate() {
             *crossing = high_at(*crossing + 1, columns.delay_clk(column), steps);
@@ -38,7 +38,7 @@ pub(super) fn crossings(columns: &Columns<'_>, sample: Sample, samples_uv: &[f32
             columns.of_pass(pass, levels_nv.len()).map(|column| (levels_nv[column], column)).collect();
         waiting.sort_unstable();
         Coupled {
-            edges: &converter.edges,
+            ramp_levels: &converter.ramp_levels,
             kickback,
             steps,
             clock: 0,
@@ -58,7 +58,7 @@ fn high_at(passed_clk: u32, delay_clk: u32, steps: u32) -> u32 {
 
 /// Columns under one ramp that they disturb.
 struct Coupled<'a> {
-    edges: &'a RampEdges,
+    ramp_levels: &'a RampLevels,
     kickback: &'a Kickback,
     steps: u32,
     /// Everything up to this clock is done.
@@ -91,7 +91,7 @@ impl Coupled<'_> {
 
     /// The ramp as the columns see it.
     fn ramp_nv(&self, clock: u32) -> i64 {
-        self.edges.edge_nv(clock) + self.kickback.shift_nv(self.shift, clock)
+        self.ramp_levels.ramp_level_nv(clock) + self.kickback.shift_nv(self.shift, clock)
     }
 
     /// The first clock after the present one, up to `until`, at which the ramp is above a level if nothing flips before.
@@ -99,12 +99,12 @@ impl Coupled<'_> {
         let mut from = self.clock + 1;
         while from <= until {
             if !self.kickback.falls_back(self.shift, from) {
-                // Neither edges nor shift fall from here on.
+                // Neither ramp levels nor shift fall from here on.
                 return self.first_of_rising(level_nv, from, until);
             }
             // A shift that falls back is never greater than here: no clock before this one can lie above the level.
             let highest_shift_nv = self.kickback.shift_nv(self.shift, from);
-            let candidate = from.max(self.edges.count(level_nv - highest_shift_nv, until) + 1);
+            let candidate = from.max(self.ramp_levels.count(level_nv - highest_shift_nv, until) + 1);
             if candidate > until {
                 return None;
             }

@@ -160,9 +160,9 @@ fn rms_residual(codes: &[f64], wave: &[[f64; 2]]) -> f64 {
     (squares / count).sqrt()
 }
 
-/// Signals between which codes change: half an LSB below the first edge and above the last that the code follows.
+/// Signals between which codes change: half an LSB below the first ramp level and above the last that the code follows.
 fn range_uv(converter: &Converter) -> [f64; 2] {
-    let level_uv = |k: u32| f64_from_i64(converter.edge_nv(k) - converter.pedestal_nv) / 1000.0;
+    let level_uv = |k: u32| f64_from_i64(converter.ramp_level_nv(k) - converter.pedestal_nv) / 1000.0;
     let half_uv = 0.5 * converter.params.lsb_uv();
     let transitions = end_code(converter, f32::MAX) - end_code(converter, f32::MIN);
     [level_uv(1) - half_uv, level_uv(transitions.max(1).into()) + half_uv]
@@ -201,17 +201,17 @@ mod tests {
     use crate::adc::Ramp;
     use crate::adc::params::tests::paper_adc;
 
-    /// Each measured transition against the edge that was configured for it.
+    /// Each measured transition against the ramp level that was configured for it.
     fn check_transitions(params: &AdcParams) -> Density {
         let converter = Converter::new(params);
         let density = ramp_histogram(&converter, 64);
         let first = u32::from(density.code_lowest);
         for (number, &found_uv) in density.transitions_uv.iter().enumerate() {
-            // Counts start at the lowest code: code c is entered at edge c less the lowest, at single conversion at edge c.
-            let edge = crate::num::u32_from(number) + 1;
-            let configured_uv = f64_from_i64(converter.edge_nv(edge) - converter.pedestal_nv) / 1000.0;
+            // Counts start at the lowest code: code c is entered at ramp level c less the lowest, at single conversion at level c.
+            let step = crate::num::u32_from(number) + 1;
+            let configured_uv = f64_from_i64(converter.ramp_level_nv(step) - converter.pedestal_nv) / 1000.0;
             let error_uv = (found_uv - configured_uv).abs();
-            assert!(error_uv <= density.error_uv, "code {}: {error_uv} uV of {params:?}", first + edge);
+            assert!(error_uv <= density.error_uv, "code {}: {error_uv} uV of {params:?}", first + step);
         }
         density
     }
@@ -257,13 +257,13 @@ mod tests {
             // 4 x (1 - x) of a full-scale sine is half plus half of its second harmonic: rms inl / sqrt 8.
             let rms_lsb = (1.0 / 12.0 + inl_lsb * inl_lsb / 8.0).sqrt();
             let expected = 10.0 - libm::log2(rms_lsb * 12.0_f64.sqrt());
-            // As for the straight ramp, and the sine ends half an LSB beyond the edges.
+            // As for the straight ramp, and the sine ends half an LSB beyond the ramp's levels.
             assert!((found.enob_bits.unwrap() - expected).abs() < 0.05, "{found:?} for {expected}");
         }
     }
 
     #[test]
-    fn pieces_and_tables_are_found_edge_by_edge() {
+    fn pieces_and_tables_are_found_level_by_level() {
         let pieces = AdcParams {
             ramp: Ramp::Piecewise,
             ramp_points: vec![[0.5, 0.25]],
@@ -272,12 +272,12 @@ mod tests {
             ..paper_adc()
         };
         let density = check_transitions(&pieces);
-        // The slopes are 1/2 and 3/2 of the mean; edges beside the lag at the start and at the corner are as configured too.
+        // The slopes are 1/2 and 3/2 of the mean; levels beside the lag at the start and at the corner are as configured too.
         let near =
             |dnl_lsb: f64, slope: f64| (dnl_lsb + 1.0 - slope).abs() <= 4.0 * density.error_uv / density.lsb_uv + 0.01;
         assert!(near(density.dnl_lsb[300], 0.5) && near(density.dnl_lsb[900], 1.5));
         let mut levels_uv: Vec<f64> = (1..16).map(|k| 1000.0 * f64::from(k)).collect();
-        levels_uv[7] = levels_uv[6]; // Edge 8 on edge 7: code 7 is missing.
+        levels_uv[7] = levels_uv[6]; // Level 8 on level 7: code 7 is missing.
         let table = AdcParams {
             bits: 4,
             ramp: Ramp::Table,

@@ -1,7 +1,7 @@
 //! Checks of the converter's parameters, and the times and levels that follow from them.
 
 use super::params::{AdcParams, Cds, Counter, Counting, Ramp};
-use super::ramp::RampEdges;
+use super::ramp::RampLevels;
 use super::sample::Sample;
 use super::span::{GAIN_LEAST, GAIN_MOST};
 use crate::error::{Error, check_clock, within};
@@ -50,7 +50,7 @@ impl AdcParams {
         within("sensor.adc.columns_per_adc", self.columns_per_adc.into(), 1.0, 64.0)?;
         within("sensor.adc.pitch_um", self.pitch_um, 0.0, 1000.0)?;
         within("sensor.adc.sides", self.sides.into(), 1.0, 2.0)?;
-        RampEdges::new(self).map(|_| ())
+        RampLevels::new(self).map(|_| ())
     }
 
     /// Whether a converter finds room above the columns that share it. Fails where it does not; the error names the sharing that is
@@ -105,7 +105,7 @@ impl AdcParams {
         if self.has_equal_steps() {
             return self.lsb_uv();
         }
-        f64_from_i64(self.edges().steps_nv().0) / 1000.0
+        f64_from_i64(self.ramp_levels().steps_nv().0) / 1000.0
     }
 
     /// Signal in uV beyond which the code of a column at its nominal reset level is the greatest.
@@ -114,12 +114,12 @@ impl AdcParams {
         if self.has_equal_steps() {
             return f64::from(above_black) * self.lsb_uv();
         }
-        let (edges, pedestal) = (self.edges(), self.pedestal_lsb());
-        f64_from_i64(edges.edge_nv(pedestal + above_black) - edges.edge_nv(pedestal)) / 1000.0
+        let (ramp, pedestal) = (self.ramp_levels(), self.pedestal_lsb());
+        f64_from_i64(ramp.ramp_level_nv(pedestal + above_black) - ramp.ramp_level_nv(pedestal)) / 1000.0
     }
 
-    fn edges(&self) -> RampEdges {
-        RampEdges::new(self).expect("the parameters were checked")
+    fn ramp_levels(&self) -> RampLevels {
+        RampLevels::new(self).expect("the parameters were checked")
     }
 
     /// Sigmas of a noise that each conversion has on its own. A difference is converted once.
@@ -165,7 +165,7 @@ impl AdcParams {
         }
     }
 
-    /// Edges of the ramp that stand below a column without signal: the level at which the reset conversion finds it. A converted
+    /// Levels of the ramp that lie below a column without signal: the level at which the reset conversion finds it. A converted
     /// difference is at the black level; where both samples are converted, in the middle of the reset ramp, or lower where the
     /// black level is lower, so that the signal's ramp ends beyond the greatest code.
     pub fn pedestal_lsb(&self) -> u32 {

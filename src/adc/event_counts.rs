@@ -63,7 +63,7 @@ mod tests {
     /// Events of a row at these levels on the ramp, in LSB from its bottom.
     fn counted(params: &AdcParams, signal_lsb: &[u32], reset_lsb: &[u32]) -> Events {
         let converter = Converter::new(params);
-        let sample_uv = |&k: &u32| converter.sample_uv(converter.edge_nv(k) + 9);
+        let sample_uv = |&k: &u32| converter.sample_uv(converter.ramp_level_nv(k) + 9);
         let signal_uv: Vec<f32> = signal_lsb.iter().map(sample_uv).collect();
         let reset_uv: Vec<f32> = reset_lsb.iter().map(sample_uv).collect();
         let mut codes = vec![0; signal_uv.len()];

@@ -1,7 +1,7 @@
 //! Moments of a conversion. Computes the mean and variance of the code of a level with normal noise, including quantisation and clipping.
 //!
-//! A count is the number of the ramp's edges at or below the level, so its mean is the sum over edges of P(level >= edge), its mean square
-//! the sum of (2 j - 1) P_j. Edges further than `REACH` sigmas below count fully, those above not at all. Where sigma is above
+//! A count is the number of the ramp's steps j at or below the level, so its mean is the sum over j of P(level >= j), its mean square
+//! the sum of (2 j - 1) P_j. Steps further than `REACH` sigmas below count fully, those above not at all. Where sigma is above
 //! `SMOOTH_LSB` and both ends are further than that, the sums are level / LSB - 1/2 and sigma^2 / LSB^2 + 1/12: what quantisation adds to
 //! them has the Fourier coefficients exp(-2 pi^2 sigma^2 / LSB^2) (Widrow and Kollar, "Quantization Noise", 2008), below 1e-19 there.
 //! The difference of two counts is summed over both counts where it can meet an end; where that takes more than `PAIRS_MAX` pairs (sigmas
@@ -77,7 +77,7 @@ impl Converter {
     fn in_steps(&self, level: NoisyLevel) -> (f64, f64) {
         let lsb_uv = self.params.lsb_uv();
         let pedestal_uv = f64_from_i64(self.level_nv(0.0)) / 1000.0;
-        // Levels and edges are whole nanovolts: a level is at or above an edge from half a nanovolt below it on.
+        // Levels are whole nanovolts: a column's is at or above one of the ramp from half a nanovolt below it on.
         ((level.mean_uv + pedestal_uv + 0.0005) / lsb_uv, level.variance_uv2.sqrt() / lsb_uv)
     }
 }
@@ -136,11 +136,11 @@ fn count_moments(mean: f64, sigma: f64, most: u32) -> CodeMoments {
     CodeMoments { mean: base + first, variance: greater(second - first * first, 0.0) }
 }
 
-/// P(X >= edge) of a normal.
-fn at_least(mean: f64, sigma: f64, edge: f64) -> f64 {
+/// P(X >= level) of a normal.
+fn at_least(mean: f64, sigma: f64, level: f64) -> f64 {
     if sigma > 0.0 {
-        0.5 * libm::erfc((edge - mean) / (sigma * core::f64::consts::SQRT_2))
-    } else if mean >= edge {
+        0.5 * libm::erfc((level - mean) / (sigma * core::f64::consts::SQRT_2))
+    } else if mean >= level {
         1.0
     } else {
         0.0
@@ -189,7 +189,7 @@ mod tests {
     }
 
     /// 5 standard errors of mean and variance; beside an end a code is nearly two-valued, so the draws' own fourth moment tells the
-    /// variance's. No level is on an edge, which f32 cannot represent. 240 checks: a false alarm in 7,000 runs.
+    /// variance's. No level is one of the ramp's, which f32 cannot represent. 240 checks: a false alarm in 7,000 runs.
     #[test]
     fn the_moments_are_those_of_converted_draws_on_every_side_of_their_seams() {
         let lsb_uv = paper_adc().lsb_uv();

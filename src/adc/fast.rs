@@ -1,8 +1,8 @@
 //! The plain linear ramp in f32, a block of columns at a time. Converts microvolts to codes in LSB and clocks, or reports that a sample
-//! lies too close to an edge for f32 to decide.
+//! lies too close to a ramp level for f32 to decide.
 //!
 //! A count is a straight line of the sample, rounded down. In f32 that line is off by a known part of a code, so only samples that
-//! close to an edge need the exact count of `LinearKernel`, the slow twin.
+//! close to a ramp level need the exact count of `LinearKernel`, the slow twin.
 
 use super::params::AdcParams;
 use crate::num::{f32_from_u32, f32_nearest, f64_from_i64, low_u16};
@@ -88,8 +88,8 @@ impl FastLine {
         Some([steps + reset_steps, clocks + reset_clocks])
     }
 
-    /// Counts of a ramp of so many steps, and what they took; a NaN counts no edge. Beyond both ends a count is certain: the nearest
-    /// edge is half a code away.
+    /// Counts of a ramp of so many steps, and what they took; a NaN counts no ramp level. Beyond both ends a count is certain: the
+    /// nearest ramp level is half a code away.
     #[inline(always)]
     fn counts(&self, samples_uv: &[f32; BLOCK], ramp_steps: f32, counts: &mut [f32; BLOCK]) -> Option<BlockWork> {
         let (mut steps, mut open, mut doubts) = (0, 0, 0);
@@ -124,7 +124,7 @@ mod tests {
     use super::*;
     use crate::adc::linear::LinearKernel;
     use crate::adc::params::tests::paper_adc;
-    use crate::adc::ramp::linear_edge_nv;
+    use crate::adc::ramp::linear_level_nv;
     use crate::adc::{Cds, RowWork, Sample};
     use crate::draw::DrawKey;
     use rand::RngExt;
@@ -138,19 +138,19 @@ mod tests {
     }
 
     fn pedestal_nv(params: &AdcParams) -> i64 {
-        linear_edge_nv(params.bits, params.span_nv(), params.pedestal_lsb())
+        linear_level_nv(params.bits, params.span_nv(), params.pedestal_lsb())
     }
 
-    /// Samples around every edge: up to 2 nV away, across the seam of the doubt, and half a code away.
-    fn around_edges(params: &AdcParams, line: &FastLine) -> Vec<f32> {
+    /// Samples around every ramp level: up to 2 nV away, across the seam of the doubt, and half a code away.
+    fn around_ramp_levels(params: &AdcParams, line: &FastLine) -> Vec<f32> {
         let lsb_nv = f64_from_i64(params.span_nv()) / f64::from(1 << params.bits);
         let seam_nv = (0.5 - f64::from(line.certain)) * lsb_nv;
         let near_nv = [0.0, 1.0, 2.0, 0.5 * seam_nv, 0.98 * seam_nv, 1.02 * seam_nv, 2.0 * seam_nv, 0.5 * lsb_nv];
         let mut samples_uv =
             vec![f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30, -1e30, f32::MAX, f32::MIN, 0.0, -0.0];
         for k in 0..=params.code_max() {
-            let edge_nv = f64_from_i64(linear_edge_nv(params.bits, params.span_nv(), k) - pedestal_nv(params));
-            let sides = near_nv.iter().flat_map(|&near_nv| [edge_nv - near_nv, edge_nv + near_nv]);
+            let ramp_level_nv = f64_from_i64(linear_level_nv(params.bits, params.span_nv(), k) - pedestal_nv(params));
+            let sides = near_nv.iter().flat_map(|&near_nv| [ramp_level_nv - near_nv, ramp_level_nv + near_nv]);
             samples_uv.extend(sides.map(|sample_nv| f32_nearest(sample_nv / 1000.0)));
         }
         samples_uv
@@ -158,7 +158,7 @@ mod tests {
 
     /// Blocks of 32 equal samples, so that a certain sample does not hide behind a neighbour in doubt.
     #[test]
-    fn a_certain_count_is_the_exact_one_around_every_edge() {
+    fn a_certain_count_is_the_exact_one_around_every_ramp_level() {
         for (cds, sample) in
             [(Cds::Analog, Sample::Signal), (Cds::Digital, Sample::Signal), (Cds::Digital, Sample::Reset)]
         {
@@ -167,7 +167,7 @@ mod tests {
                 for full_scale_uv in [100.0, 999.9, 8192.0, 117_455.7, 9.9e6] {
                     let params = params(bits, full_scale_uv, cds);
                     let line = FastLine::new(&params, f64_from_i64(pedestal_nv(&params))).unwrap();
-                    let samples_uv = around_edges(&params, &line);
+                    let samples_uv = around_ramp_levels(&params, &line);
                     let exact = LinearKernel::new(&params).counts(sample, &samples_uv);
                     let steps = if sample == Sample::Reset { line.reset_steps } else { line.signal_steps };
                     for (&sample_uv, &exact) in samples_uv.iter().zip(&exact) {

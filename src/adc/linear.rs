@@ -1,13 +1,13 @@
 //! The plain linear ramp in closed form, many columns at a time. Converts microvolts of a row to codes in LSB, and reports how long
 //! counters and comparators ran.
 //!
-//! Edge k (1 .. 2^b - 1) is at round(k span / 2^b) nV, halves up. A count is the number of edges at or below a sample plus
+//! Ramp level k (1 .. 2^b - 1) is round(k span / 2^b) nV, halves up. A count is the number of ramp levels at or below a sample plus
 //! pedestal. `Converter` takes this path where all steps are equal, no comparator lags and none disturbs the ramp; its slow twin is
-//! the general path of the same converter. Blocks of columns far enough from all edges are served in f32 (`FastLine`).
+//! the general path of the same converter. Blocks of columns far enough from all ramp levels are served in f32 (`FastLine`).
 
 use super::fast::{BLOCK, BlockWork, FastLine};
 use super::params::AdcParams;
-use super::ramp::linear_edge_nv;
+use super::ramp::linear_level_nv;
 use super::sample::{RowWork, Sample};
 use crate::num::{f64_from_i64, low_u16, low_u32};
 use crate::simd::kernel;
@@ -18,10 +18,10 @@ pub(super) struct LinearKernel {
     /// None where f32 would be in doubt too often.
     fast: Option<FastLine>,
     pedestal_nv: f64,
-    /// Last edge of the signal's ramp.
-    last_edge_nv: f64,
-    /// Last edge of the reset ramp.
-    last_reset_edge_nv: f64,
+    /// Last level of the signal's ramp.
+    last_level_nv: f64,
+    /// Last level of the reset ramp.
+    last_reset_level_nv: f64,
     signal_steps: u32,
     reset_steps: u32,
     black_level_dn: i32,
@@ -40,13 +40,13 @@ impl LinearKernel {
     /// Prepares checked parameters.
     pub fn new(params: &AdcParams) -> Self {
         let span_nv = params.span_nv();
-        let edge_nv = |k| f64_from_i64(linear_edge_nv(params.bits, span_nv, k));
-        let pedestal_nv = edge_nv(params.pedestal_lsb());
+        let ramp_level_nv = |k| f64_from_i64(linear_level_nv(params.bits, span_nv, k));
+        let pedestal_nv = ramp_level_nv(params.pedestal_lsb());
         Self {
             fast: FastLine::new(params, pedestal_nv),
             pedestal_nv,
-            last_edge_nv: edge_nv(params.code_max()),
-            last_reset_edge_nv: edge_nv(params.reset_counts_used()),
+            last_level_nv: ramp_level_nv(params.code_max()),
+            last_reset_level_nv: ramp_level_nv(params.reset_counts_used()),
             signal_steps: params.code_max(),
             reset_steps: params.reset_counts_used(),
             black_level_dn: i32::try_from(params.black_level_dn).expect("a black level has at most 16 bits"),
@@ -58,16 +58,16 @@ impl LinearKernel {
 
     /// Counts of one conversion, one a sample.
     pub fn counts(&self, sample: Sample, samples_uv: &[f32]) -> Vec<u32> {
-        let last_edge_nv = match sample {
-            Sample::Reset => self.last_reset_edge_nv,
-            Sample::Signal => self.last_edge_nv,
+        let last_level_nv = match sample {
+            Sample::Reset => self.last_reset_level_nv,
+            Sample::Signal => self.last_level_nv,
         };
         let mut counts = vec![0; samples_uv.len()];
-        count_all(self, samples_uv, last_edge_nv, &mut counts);
+        count_all(self, samples_uv, last_level_nv, &mut counts);
         counts
     }
 
-    /// Converts a row; without reset samples its counts are the codes. A NaN counts no edge.
+    /// Converts a row; without reset samples its counts are the codes. A NaN counts no ramp level.
     pub fn convert_linear_row(&self, signal_uv: &[f32], reset_uv: &[f32], codes: &mut [u16]) -> RowWork {
         let mut work = RowWork::default();
         let mut reset_parts = reset_uv.chunks(COLUMNS_PER_SUM);
@@ -82,9 +82,9 @@ impl LinearKernel {
         work
     }
 
-    /// The level that the comparator sees, in nV above the bottom of the ramp, clipped to the ramp's first and last edge.
+    /// The level that the comparator sees, in nV above the bottom of the ramp, clipped to the ramp's first and last level.
     #[inline(always)]
-    fn level_nv(&self, microvolts: f32, last_edge_nv: f64) -> f64 {
+    fn level_nv(&self, microvolts: f32, last_level_nv: f64) -> f64 {
         // An f32 times 1000 is exact in f64. Beyond 2^40 nV (1,100 V) only the side matters.
         const FAR_NV: f64 = 1_099_511_627_776.0;
         let exact_nv = f64::from(microvolts) * 1000.0;
@@ -92,15 +92,15 @@ impl LinearKernel {
         let exact_nv = if exact_nv < FAR_NV { exact_nv } else { FAR_NV };
         let level_nv = (exact_nv + ROUNDER) - ROUNDER + self.pedestal_nv;
         let level_nv = if level_nv > 0.0 { level_nv } else { 0.0 };
-        if level_nv < last_edge_nv { level_nv } else { last_edge_nv }
+        if level_nv < last_level_nv { level_nv } else { last_level_nv }
     }
 
-    /// Edge k lies at or below level s when 2 k span < (2 s + 1) 2^b, so the count is floor(((2 s + 1) 2^(b-1) - 1) / span).
+    /// Ramp level k lies at or below level s when 2 k span < (2 s + 1) 2^b, so the count is floor(((2 s + 1) 2^(b-1) - 1) / span).
     /// Half of the last unit is added so that no quotient lies within 1 / (2 span) >= 5e-11 of an integer, which is more than
     /// the 3 roundings of a product below 2^17 (4.4e-11); so multiplying by the inverse floors as exact division would.
     #[inline(always)]
-    fn count(&self, microvolts: f32, last_edge_nv: f64) -> u32 {
-        let units = (2.0 * self.level_nv(microvolts, last_edge_nv) + 1.0) * self.twice_codes - 0.5;
+    fn count(&self, microvolts: f32, last_level_nv: f64) -> u32 {
+        let units = (2.0 * self.level_nv(microvolts, last_level_nv) + 1.0) * self.twice_codes - 0.5;
         let count = units * self.inverse_span_per_nv;
         low_u32(((count - 0.5) + ROUNDER).to_bits())
     }
@@ -110,7 +110,7 @@ impl LinearKernel {
     fn convert_one(&self, signal_uv: &[f32], codes: &mut [u16]) -> BlockWork {
         let (mut steps, mut clocks) = (0, 0);
         for (code, &signal_uv) in codes.iter_mut().zip(signal_uv) {
-            let count = self.count(signal_uv, self.last_edge_nv);
+            let count = self.count(signal_uv, self.last_level_nv);
             steps += count;
             clocks += active_clk(count, self.signal_steps);
             *code = low_u16(count);
@@ -123,8 +123,8 @@ impl LinearKernel {
     fn convert_both(&self, signal_uv: &[f32], reset_uv: &[f32], codes: &mut [u16]) -> BlockWork {
         let (mut steps, mut clocks) = (0, 0);
         for ((code, &signal_uv), &reset_uv) in codes.iter_mut().zip(signal_uv).zip(reset_uv) {
-            let up = self.count(signal_uv, self.last_edge_nv);
-            let down = self.count(reset_uv, self.last_reset_edge_nv);
+            let up = self.count(signal_uv, self.last_level_nv);
+            let down = self.count(reset_uv, self.last_reset_level_nv);
             steps += up + down;
             clocks += active_clk(up, self.signal_steps) + active_clk(down, self.reset_steps);
             let counter = self.black_level_dn - down.cast_signed() + up.cast_signed();
@@ -143,10 +143,10 @@ fn active_clk(count: u32, steps: u32) -> u32 {
 }
 
 kernel! {
-    fn count_all<'a>(line: &'a LinearKernel, samples_uv: &'a [f32], last_edge_nv: f64, counts: &'a mut [u32]) {
+    fn count_all<'a>(line: &'a LinearKernel, samples_uv: &'a [f32], last_level_nv: f64, counts: &'a mut [u32]) {
         let line = line.clone();
         for (count, &sample_uv) in counts.iter_mut().zip(samples_uv) {
-            *count = line.count(sample_uv, last_edge_nv);
+            *count = line.count(sample_uv, last_level_nv);
         }
     }
 }

@@ -38,7 +38,7 @@ named! {
         Linear = "linear",
         /// Straight between given points.
         Piecewise = "piecewise",
-        /// Every edge given.
+        /// Every level given.
         Table = "table",
     }
 }
@@ -94,7 +94,7 @@ pub struct AdcParams {
     pub ramp: Ramp,
     /// Of a piecewise ramp: [share of the counts, share of the span], both rising from above 0 to below 1; at most 64.
     pub ramp_points: Vec<[f64; 2]>,
-    /// Of a table ramp: level of each edge 1 to 2^bits - 1 in uV at gain 1, not falling.
+    /// Of a table ramp: its levels 1 to 2^bits - 1 in uV at gain 1, not falling.
     pub ramp_table_uv: Vec<f64>,
     /// Greatest deviation of the ramp from its shape in LSB, in the middle of a bow, -64 to 64.
     pub ramp_inl_lsb: f64,

@@ -1,8 +1,8 @@
-//! The ramp as its edges: the level in nV of the ramp at each clock, from checked parameters.
+//! The ramp as its levels: the level in nV of the ramp at each clock, from checked parameters.
 //!
-//! Edge k is where the ramp stands after k clocks, k = 0 its bottom. A plain linear ramp has edge k at round(k span / 2^b) nV,
-//! halves up, in closed form. Every other ramp is a table: its shape (equal steps, straight pieces, or given levels), plus the
-//! bow of its generator, behind the lag of the line that carries it, rounded half-even to nV.
+//! Ramp level k is where the ramp is after k clocks, k = 0 its bottom; messages call it edge k. A plain linear ramp has level k at
+//! round(k span / 2^b) nV, halves up, in closed form. Every other ramp is a table: its shape (equal steps, straight pieces, or given
+//! levels), plus the bow of its generator, behind the lag of the line that carries it, rounded half-even to nV.
 //!
 //! The lag is that of a first-order system (a driver's output resistance and the line's capacitance): y' = (x - y) / tau. For
 //! an input that is straight between clocks the solution is exact, `y[k+1] = x[k+1] - m tau + (y[k] - x[k] + m tau) exp(-1 / tau)`
@@ -12,24 +12,24 @@ use super::params::{AdcParams, Ramp};
 use crate::error::Error;
 use crate::num::{f64_from_i64, f64_from_u64, f64_from_usize, greater, i64_half_even, index, u32_from};
 
-/// The edges of a ramp; they never fall.
+/// The levels of a ramp; they never fall.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RampEdges {
+pub struct RampLevels {
     bits: u32,
     span_nv: i64,
-    /// Edges 0 to 2^b - 1 of a ramp that is not plainly linear.
+    /// Levels 0 to 2^b - 1 of a ramp that is not plainly linear.
     table_nv: Option<Vec<i64>>,
 }
 
-impl RampEdges {
-    /// Builds the edges. Fails on keys that do not go with the ramp's shape, and ramps that fall somewhere, by the key that makes them
+impl RampLevels {
+    /// Builds the levels. Fails on keys that do not go with the ramp's shape, and ramps that fall somewhere, by the key that makes them
     /// fall.
     pub fn new(params: &AdcParams) -> Result<Self, Error> {
         check_keys(params)?;
         let table_nv = if params.has_equal_steps() { None } else { Some(table_nv(params)?) };
-        let edges = Self { bits: params.bits, span_nv: params.span_nv(), table_nv };
-        edges.check_pedestal(params)?;
-        Ok(edges)
+        let ramp_levels = Self { bits: params.bits, span_nv: params.span_nv(), table_nv };
+        ramp_levels.check_pedestal(params)?;
+        Ok(ramp_levels)
     }
 
     /// Whether the steps are equal, in closed form.
@@ -37,45 +37,45 @@ impl RampEdges {
         self.table_nv.is_none()
     }
 
-    /// Where the ramp stands after `k` clocks, in nV above its bottom.
-    pub fn edge_nv(&self, k: u32) -> i64 {
+    /// Where the ramp is after `k` clocks, in nV above its bottom.
+    pub fn ramp_level_nv(&self, k: u32) -> i64 {
         match &self.table_nv {
-            None => linear_edge_nv(self.bits, self.span_nv, k),
+            None => linear_level_nv(self.bits, self.span_nv, k),
             Some(table_nv) => table_nv[index(k)],
         }
     }
 
-    /// How many of the edges 1 to `most` are at or below a level.
+    /// How many of the ramp's levels 1 to `most` are at or below a column's level.
     pub fn count(&self, level_nv: i64, most: u32) -> u32 {
-        if most == 0 || level_nv < self.edge_nv(1) {
+        if most == 0 || level_nv < self.ramp_level_nv(1) {
             return 0;
         }
-        if level_nv >= self.edge_nv(most) {
+        if level_nv >= self.ramp_level_nv(most) {
             return most;
         }
         match &self.table_nv {
             None => {
-                // Edge k is at or below s when 2 k span < (2 s + 1) 2^b; the level lies below 2^16 spans, so nothing overflows.
+                // Ramp level k is at or below s when 2 k span < (2 s + 1) 2^b; the level lies below 2^16 spans, so nothing overflows.
                 let count = (((2 * level_nv + 1) << (self.bits - 1)) - 1) / self.span_nv;
                 u32::try_from(count).expect("fewer than `most` edges")
             }
-            Some(table_nv) => u32_from(table_nv[1..=index(most)].partition_point(|&edge_nv| edge_nv <= level_nv)),
+            Some(table_nv) => u32_from(table_nv[1..=index(most)].partition_point(|&ramp_nv| ramp_nv <= level_nv)),
         }
     }
 
-    /// The least and the greatest step between neighbouring edges, in nV.
+    /// The least and the greatest step between neighbouring levels, in nV.
     pub fn steps_nv(&self) -> (i64, i64) {
         let last = (1_u32 << self.bits) - 1;
-        let steps = (0..last).map(|k| self.edge_nv(k + 1) - self.edge_nv(k));
+        let steps = (0..last).map(|k| self.ramp_level_nv(k + 1) - self.ramp_level_nv(k));
         steps.fold((i64::MAX, 0), |(least, most), step| (least.min(step), most.max(step)))
     }
 
-    /// No signal must give the black level: the edge above the pedestal lies above it.
+    /// No signal must give the black level: the ramp level above the pedestal lies above it.
     fn check_pedestal(&self, params: &AdcParams) -> Result<(), Error> {
         let pedestal = params.pedestal_lsb();
         if self.has_equal_steps()
             || pedestal == params.code_max()
-            || self.edge_nv(pedestal + 1) > self.edge_nv(pedestal)
+            || self.ramp_level_nv(pedestal + 1) > self.ramp_level_nv(pedestal)
         {
             return Ok(());
         }
@@ -86,8 +86,8 @@ impl RampEdges {
     }
 }
 
-/// Edge k of equal steps, halves up.
-pub(super) fn linear_edge_nv(bits: u32, span_nv: i64, k: u32) -> i64 {
+/// Ramp level k of equal steps, halves up.
+pub(super) fn linear_level_nv(bits: u32, span_nv: i64, k: u32) -> i64 {
     (i64::from(k) * span_nv + (1 << (bits - 1))) >> bits
 }
 
@@ -127,7 +127,7 @@ fn table_nv(params: &AdcParams) -> Result<Vec<i64>, Error> {
     Ok(levels_nv.into_iter().map(i64_half_even).collect())
 }
 
-/// Share of the counts at edge k.
+/// Share of the counts at ramp level k.
 fn share(bits: u32, k: usize) -> f64 {
     f64_from_usize(k) / f64_from_u64(1 << bits)
 }
@@ -171,11 +171,11 @@ fn given_nv(params: &AdcParams) -> Result<Vec<f64>, Error> {
         return Err(refuse(format!("{} levels", table_uv.len()), reason));
     }
     let mut before_uv = 0.0;
-    for (at, &level_uv) in table_uv.iter().enumerate() {
+    for (number, &level_uv) in table_uv.iter().enumerate() {
         if !(level_uv >= before_uv && level_uv <= params.full_scale_uv) {
             let reason = format!(
                 "level {} must lie between the one before it, {before_uv}, and full_scale_uv, {}",
-                at + 1,
+                number + 1,
                 params.full_scale_uv
             );
             return Err(refuse(level_uv.to_string(), reason));
@@ -219,18 +219,18 @@ mod tests {
     use crate::adc::params::tests::paper_adc;
 
     fn refused(params: &AdcParams) -> String {
-        RampEdges::new(params).unwrap_err().to_string()
+        RampLevels::new(params).unwrap_err().to_string()
     }
 
     #[test]
-    fn a_table_of_the_linear_levels_gives_the_linear_edges() {
-        let linear = RampEdges::new(&paper_adc()).unwrap();
-        let levels_uv = (1..1024).map(|k| f64_from_i64(linear.edge_nv(k)) / 1000.0).collect();
+    fn a_table_of_the_linear_levels_gives_the_linear_ramp() {
+        let linear = RampLevels::new(&paper_adc()).unwrap();
+        let levels_uv = (1..1024).map(|k| f64_from_i64(linear.ramp_level_nv(k)) / 1000.0).collect();
         let table = AdcParams { ramp: Ramp::Table, ramp_table_uv: levels_uv, ..paper_adc() };
-        let table = RampEdges::new(&table).unwrap();
+        let table = RampLevels::new(&table).unwrap();
         assert!(linear.has_equal_steps() && !table.has_equal_steps());
         for k in 0..1024 {
-            assert_eq!(linear.edge_nv(k), table.edge_nv(k), "edge {k}");
+            assert_eq!(linear.ramp_level_nv(k), table.ramp_level_nv(k), "edge {k}");
         }
         for level_nv in (-300_000..110_300_000).step_by(1_117) {
             assert_eq!(linear.count(level_nv, 1023), table.count(level_nv, 1023), "{level_nv} nV");
@@ -242,14 +242,14 @@ mod tests {
     fn the_lag_of_equal_steps_is_the_closed_form() {
         for tau_clk in [0.05, 1.0, 7.5, 300.0, 1e4] {
             let params = AdcParams { ramp_settling_clk: tau_clk, ..paper_adc() };
-            let edges = RampEdges::new(&params).unwrap();
+            let ramp_levels = RampLevels::new(&params).unwrap();
             let step_nv = 1000.0 * params.lsb_uv();
             for k in 0..1024_u32 {
                 let clocks = f64::from(k);
                 let exact_nv = step_nv * (clocks - tau_clk * (1.0 - libm::exp(-clocks / tau_clk)));
                 // Half a nanovolt of rounding; the recursion's and the closed form's own rounding stay below 1e-4 nV:
                 // 1024 steps of 2^-53 of at most tau steps (1e9 nV).
-                let error_nv = (f64_from_i64(edges.edge_nv(k)) - exact_nv).abs();
+                let error_nv = (f64_from_i64(ramp_levels.ramp_level_nv(k)) - exact_nv).abs();
                 assert!(error_nv <= 0.5 + 1e-3, "tau {tau_clk}, edge {k}: {error_nv} nV");
             }
         }
@@ -260,23 +260,23 @@ mod tests {
         let points = vec![[0.25, 0.125], [0.5, 0.25]];
         let params = AdcParams { ramp: Ramp::Piecewise, ramp_points: points, ..paper_adc() };
         let doubled = AdcParams { gain: 2.0, ..params.clone() };
-        let (edges, halved) = (RampEdges::new(&params).unwrap(), RampEdges::new(&doubled).unwrap());
+        let (whole, halved) = (RampLevels::new(&params).unwrap(), RampLevels::new(&doubled).unwrap());
         for (k, share) in [(0, 0.0), (256, 0.125), (512, 0.25), (768, 0.625)] {
-            assert_eq!(edges.edge_nv(k), i64_half_even(110e6 * share));
-            assert_eq!(halved.edge_nv(k), i64_half_even(55e6 * share));
+            assert_eq!(whole.ramp_level_nv(k), i64_half_even(110e6 * share));
+            assert_eq!(halved.ramp_level_nv(k), i64_half_even(55e6 * share));
         }
-        assert_eq!(edges.steps_nv(), (53_710, 161_133));
+        assert_eq!(whole.steps_nv(), (53_710, 161_133));
     }
 
     #[test]
     fn the_bow_is_as_high_as_it_says_in_the_middle_and_zero_at_the_ends() {
         for inl_lsb in [-12.5, 3.0] {
             let params = AdcParams { ramp_inl_lsb: inl_lsb, ..paper_adc() };
-            let (bowed, plain) = (RampEdges::new(&params).unwrap(), RampEdges::new(&paper_adc()).unwrap());
-            let middle_nv = f64_from_i64(bowed.edge_nv(512) - plain.edge_nv(512));
-            // Both edges are rounded to whole nanovolts.
+            let (bowed, plain) = (RampLevels::new(&params).unwrap(), RampLevels::new(&paper_adc()).unwrap());
+            let middle_nv = f64_from_i64(bowed.ramp_level_nv(512) - plain.ramp_level_nv(512));
+            // Both levels are rounded to whole nanovolts.
             assert!((middle_nv - 1000.0 * inl_lsb * params.lsb_uv()).abs() <= 1.0, "{middle_nv} nV");
-            assert_eq!(bowed.edge_nv(0), 0);
+            assert_eq!(bowed.ramp_level_nv(0), 0);
         }
     }
 

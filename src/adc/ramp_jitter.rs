@@ -15,7 +15,7 @@ use crate::pixel::add_scaled;
 /// Jitter of `adc_clk` against the ramp.
 pub struct RampJitter {
     converter: Converter,
-    /// Sigma in uV of a crossing after that many edges; one entry where all steps are equal.
+    /// Sigma in uV of a crossing after that many ramp levels; one entry where all steps are equal.
     sigmas_uv: Vec<f32>,
     sigma_uv_max: f64,
     conversions: f64,
@@ -34,12 +34,13 @@ impl RampJitter {
         let uv_per_nv = 1e-15 * f64_from_u64(params.clock_hz) * params.ramp_jitter_ps;
         let span_uv = 1000.0 * params.lsb_uv() * uv_per_nv;
         let last = params.code_max();
-        let (sigmas_uv, sigma_uv_max) = if converter.edges.has_equal_steps() {
+        let (sigmas_uv, sigma_uv_max) = if converter.ramp_levels.has_equal_steps() {
             (vec![f32_nearest(span_uv)], span_uv)
         } else {
-            let step_nv = |k: u32| converter.edge_nv((k + 1).min(last)) - converter.edge_nv((k + 1).min(last) - 1);
+            let step_nv =
+                |k: u32| converter.ramp_level_nv((k + 1).min(last)) - converter.ramp_level_nv((k + 1).min(last) - 1);
             let sigmas = (0..=last).map(|k| f32_nearest(uv_per_nv * f64_from_i64(step_nv(k)))).collect();
-            (sigmas, uv_per_nv * f64_from_i64(converter.edges.steps_nv().1))
+            (sigmas, uv_per_nv * f64_from_i64(converter.ramp_levels.steps_nv().1))
         };
         let conversions = if params.cds == super::params::Cds::Digital { 2.0 } else { 1.0 };
         Some(Box::new(Self { converter, sigmas_uv, sigma_uv_max, conversions }))

@@ -6,7 +6,7 @@
 //! each have their own (EMVA 1288 release 4.0 splits row, column and pixel variances in the same way).
 
 use super::params::AdcParams;
-use crate::draw::{DrawKey, EffectNumber, RowAddress, fill_uniforms, normals};
+use crate::draw::{DrawKey, EffectNumber, RowId, fill_uniforms, normals};
 use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::{f32_nearest, index};
@@ -77,7 +77,7 @@ impl SharedNoise {
         match self.shared {
             Shared::Conversion | Shared::Row => row.temporal_key(self.number),
             Shared::RowOfDie => row.pattern_key(self.number),
-            Shared::Column => DrawKey::of_row(self.number, RowAddress { row: RowIndex(0), ..row.address }),
+            Shared::Column => DrawKey::of_row(self.number, RowId { row: RowIndex(0), ..row.row_id }),
         }
     }
 

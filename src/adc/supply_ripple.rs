@@ -52,7 +52,7 @@ impl SupplyRipple {
             .collect();
         for (sample_uv, [sine_uv, cosine_uv]) in samples_uv.iter_mut().zip(starts.iter().cycle()) {
             let level_nv = self.converter.level_nv(*sample_uv);
-            let [sine, cosine] = self.rotations[index(self.converter.edges.count(level_nv, steps) + 1)];
+            let [sine, cosine] = self.rotations[index(self.converter.ramp_levels.count(level_nv, steps) + 1)];
             *sample_uv += f32_nearest(sine_uv * cosine + cosine_uv * sine);
         }
     }

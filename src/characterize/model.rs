@@ -13,7 +13,7 @@ use super::set::{SeriesExposure, Set};
 use super::shoot::ReadoutTiming;
 use super::spatial::{SharedVariance, SpatialVariances};
 use super::uncertainty::DieErrors;
-use crate::effects::{Parameters, sampling};
+use crate::effects::{Parameters, sample_timing};
 use crate::num::{f64_from_u64, f64_from_usize, greater, lesser, u32_truncated};
 use crate::pixel::{SampleSigmas, SampledLevels, flicker_variance_uv2, ktc_sigmas};
 use crate::run::SensorSetup;
@@ -466,7 +466,7 @@ fn nodes_for(spread_dn: f64, sigma_dn: f64) -> u32 {
 fn noise_uv2(parameters: &Parameters) -> [f64; 2] {
     let (pixel, adc) = (&parameters.pixel, &parameters.adc);
     let samples = adc.cds.samples();
-    let flicker_uv = flicker_variance_uv2(pixel, sampling(parameters)).sqrt();
+    let flicker_uv = flicker_variance_uv2(pixel, sample_timing(parameters)).sqrt();
     let jitter_uv = 1e-12 * adc.lsb_uv() * f64_from_u64(adc.clock_hz) * adc.ramp_jitter_ps;
     let of_row = SampleSigmas { signal_uv: adc.row_noise_uv, reset_uv: 0.0 };
     let of_column = SampleSigmas { signal_uv: adc.column_noise_uv, reset_uv: 0.0 };

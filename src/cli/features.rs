@@ -110,7 +110,7 @@ fn features(
         let params = ExtractorParams { subpixel: false, ..*params };
         every_corner(&picture.codes, picture.bits, &params).map(|features| (features, params.threshold))
     } else {
-        extractor.settled(&picture.codes, picture.bits).map(|found| (found.features, found.threshold))
+        extractor.first_frame(&picture.codes, picture.bits).map(|found| (found.features, found.threshold))
     };
     found.map_err(of_file(picture, arguments))
 }
@@ -144,7 +144,7 @@ fn said(pixel: &PixelFate, threshold: u16) -> String {
             "a corner of score {score} that its cell does not keep: its rank is {rank}, the least one kept {least_rank} (of equal \
              ones the first stay)"
         ),
-        Fate::Lost { dropped, late } => format!(
+        Fate::Lost { dropped_in_picture: dropped, late_in_picture: late } => format!(
             "a corner of score {score} that no engine loads: in this picture the queue is full for {dropped} corners, and the rows of \
              {late} are overwritten"
         ),

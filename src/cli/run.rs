@@ -20,7 +20,7 @@ use super::waves::WaveRequest;
 use super::{expected, goal, interrupt, ladder, progress, words};
 
 pub fn main(verb: &RunVerbArguments, shared: &CommonOptions) -> Result<(), Error> {
-    let watch = WallTime::start();
+    let stopwatch = WallTime::start();
     let located = located(&verb.run, shared)?;
     let name = located.name.clone();
     let target = shared.out.clone().unwrap_or_else(|| Path::new("out").join(&name));
@@ -45,7 +45,7 @@ pub fn main(verb: &RunVerbArguments, shared: &CommonOptions) -> Result<(), Error
     if ends_at_image {
         return expected::main(verb, shared, &setup, &name, &target);
     }
-    let prepared_s = watch.now_s();
+    let prepared_s = stopwatch.now_s();
 
     let electrons = keep.has(KeptOutput::Electrons);
     if let Some(photons) = assets.photons() {
@@ -59,7 +59,7 @@ pub fn main(verb: &RunVerbArguments, shared: &CommonOptions) -> Result<(), Error
         session.keep_electrons();
     }
     let held_to = verb.check_every.map(|every| session.check_rows(every, &assets)).transpose()?;
-    let wave_codes = step_all(&mut session, &mut output, waves.as_ref(), (shared, &interrupted), &watch)?;
+    let wave_codes = step_all(&mut session, &mut output, waves.as_ref(), (shared, &interrupted), &stopwatch)?;
     let frames = session.setup().frames;
     let mut report = session.report(&name)?;
     words::warn(&report.warnings[warned..]);
@@ -73,7 +73,7 @@ pub fn main(verb: &RunVerbArguments, shared: &CommonOptions) -> Result<(), Error
         waves.redirect(&output.path().join(path))?;
     }
     let write_waves = || match (&waves, &wave_codes) {
-        (Some(waves), Some(codes)) => waves.write_watched(&session, codes),
+        (Some(waves), Some(codes)) => waves.write_probed(&session, codes),
         _ => Ok(()),
     };
     if let Some(path) = &waves_within {
@@ -88,7 +88,7 @@ pub fn main(verb: &RunVerbArguments, shared: &CommonOptions) -> Result<(), Error
     if shared.json {
         out!("{}", report.to_json()?);
     } else if !shared.quiet {
-        summary(&report, &target, watch.now_s());
+        summary(&report, &target, stopwatch.now_s());
         if let Some(rung) = held_to {
             outln!("{} rows converted once more on the rung {}: all codes equal", session.rows_checked(), rung.name());
         }
@@ -102,10 +102,10 @@ fn step_all(
     output: &mut Output,
     waves: Option<&WaveRequest>,
     (shared, interrupted): (&CommonOptions, &AtomicBool),
-    watch: &WallTime,
+    stopwatch: &WallTime,
 ) -> Result<Option<Vec<Vec<u16>>>, Error> {
     if let Some(waves) = waves {
-        waves.watch(session);
+        waves.probe_rows(session);
     }
     let frames = session.setup().frames;
     let bar = progress::bar("frames", u64::from(frames), shared.quiet);
@@ -114,7 +114,7 @@ fn step_all(
         if interrupted.load(Ordering::Relaxed) {
             return Err(Error::Interrupted);
         }
-        let frame = session.step(watch)?;
+        let frame = session.step(stopwatch)?;
         output.frame(session, &frame)?;
         wave_codes = waves.and_then(|waves| waves.codes_of(&frame)).or(wave_codes);
         bar.inc();

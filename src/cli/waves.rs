@@ -69,9 +69,9 @@ impl<'a> WaveRequest<'a> {
     }
 
     /// Makes the session keep what the waves need.
-    pub fn watch(&self, session: &mut Session) {
+    pub fn probe_rows(&self, session: &mut Session) {
         let selection = self.plan.selection();
-        session.watch(selection.frame, &selection.rows);
+        session.probe_rows(selection.frame, &selection.rows);
     }
 
     /// The chosen rows' codes, where the frame is the chosen one.
@@ -95,8 +95,8 @@ impl<'a> WaveRequest<'a> {
     }
 
     /// Writes the waves of the chosen rows, from what the session kept of them and the frame's codes.
-    pub fn write_watched(&self, session: &Session, codes: &[Vec<u16>]) -> Result<(), Error> {
-        let kept = session.watched().iter().cloned();
+    pub fn write_probed(&self, session: &Session, codes: &[Vec<u16>]) -> Result<(), Error> {
+        let kept = session.probed_rows().iter().cloned();
         let rows: Vec<WaveRow> =
             kept.zip(codes).map(|(samples, sent)| WaveRow { samples, sent: Some(sent.clone()) }).collect();
         let setup = session.setup();

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 
 use super::cells::{CellLists, CornerCandidate};
 use super::params::{ExtractorParams, OCTAVE_SIDE_PX_MIN, Overflow, PATCH_MARGIN_PX};
-use super::rows::PositionRow;
+use super::rows::SlotRow;
 use crate::num::{index, u32_from};
 use crate::units::Size;
 
@@ -18,18 +18,18 @@ pub const ENGINE_FIXED_CLK: u64 = 43;
 pub const START_GAP_CLK: u64 = 40;
 /// From a start to where the patch's rows may be overwritten.
 const LOADED_CLK: u64 = 28;
-/// Rows that a patch reaches below the position that is judged: 13 and one that may begin while it is loaded.
+/// Rows that a patch reaches below the corner's row: 13 and one that may begin while it is loaded.
 const LATE_ROWS: i64 = 14;
 /// Rows that a patch reaches above its cell row, less the three that smoothing is behind.
 const GUARD_ROWS: i64 = 10;
 
 /// When the link takes a record.
 pub trait Records {
-    /// The first clock from this one on in which a record that stands is taken; it is taken then.
+    /// The first clock from this one on in which a valid record is taken; it is taken then.
     fn taken(&mut self, clk: u64) -> u64;
 }
 
-/// Every record is taken as soon as it stands.
+/// Every record is taken as soon as it is valid.
 pub struct AlwaysReady;
 
 impl Records for AlwaysReady {
@@ -102,7 +102,7 @@ impl OctaveState {
     }
 }
 
-/// Queue, engines and what they hold, as they stand in clock `clk`.
+/// Queue, engines and what they hold, in clock `clk`.
 #[derive(Debug)]
 pub(crate) struct Back {
     params: ExtractorParams,
@@ -156,8 +156,8 @@ impl Back {
         self.params.overflow == Overflow::Stall
     }
 
-    /// Whether this row may start in the clock that stands.
-    pub fn row_ok(&self, row: &PositionRow) -> bool {
+    /// Whether this row may start in the present clock.
+    pub fn row_ok(&self, row: &SlotRow) -> bool {
         let octave = &self.octaves[row.octave];
         let cell_px = self.params.cell_px;
         if row.y == 0 && (octave.dumping != [false; 2] || octave.ending) {
@@ -179,7 +179,7 @@ impl Back {
     }
 
     /// The first clock from this one on in which the row may start; time goes on until then.
-    pub fn wait_for_row(&mut self, row: &PositionRow, clk: u64, records: &mut dyn Records) -> u64 {
+    pub fn wait_for_row(&mut self, row: &SlotRow, clk: u64, records: &mut dyn Records) -> u64 {
         self.advance(clk, records);
         while !self.row_ok(row) {
             let next = self.next_event().expect("a row waits for work that is under way");
@@ -189,8 +189,8 @@ impl Back {
         self.clk
     }
 
-    /// The end of a row stands in this clock.
-    pub fn row_end(&mut self, row: &PositionRow, clk: u64, records: &mut dyn Records) {
+    /// The end of a row is signalled in this clock.
+    pub fn row_end(&mut self, row: &SlotRow, clk: u64, records: &mut dyn Records) {
         self.advance(clk, records);
         // What the clock does by itself comes before what its edge registers.
         let before: Vec<[bool; 2]> = self.octaves.iter().map(|octave| [octave.is_busy(0), octave.is_busy(1)]).collect();
@@ -251,7 +251,7 @@ impl Back {
         next
     }
 
-    /// The candidate at which a walk stands; none on an empty list.
+    /// The candidate that a walk has reached; none on an empty list.
     fn entry(&self, walker: &Walker) -> Option<&CornerCandidate> {
         let list = self.lists[walker.dump.octave].list(index(walker.dump.cell_row?), walker.column);
         list.get(walker.entry)
@@ -268,7 +268,7 @@ impl Back {
         !self.may_stall() && self.queue.front().is_some_and(late)
     }
 
-    /// Works until the values of clock `until` stand.
+    /// Works until the values of clock `until` are there.
     pub fn advance(&mut self, until: u64, records: &mut dyn Records) {
         while self.clk < until {
             match self.next_event() {

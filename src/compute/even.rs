@@ -4,7 +4,7 @@ use super::back::AlwaysReady;
 use super::cells::{CellLists, CornerCandidate};
 use super::fast::Corner;
 use super::params::{ExtractorParams, PATCH_MARGIN_PX};
-use super::presmooth::Behind;
+use super::presmooth::DelayedPixels;
 use super::rows::Pixels;
 use super::stream::Stream;
 use crate::num::{index, low_u8, u32_from, u64_from};
@@ -48,8 +48,8 @@ pub fn even_frame(
     }
     let per_cell = index(params.per_cell);
     let lists = candidates.iter().zip(&sizes).map(|(all, &size)| CellLists::of(all, size, params.cell_px, per_cell));
-    let mut behind = Behind { pixels, height_px: index(size.height_px) };
-    let pixels: &mut dyn Pixels = if params.smooths(bits) { &mut behind } else { &mut *behind.pixels };
+    let mut delayed = DelayedPixels { pixels, height_px: index(size.height_px) };
+    let pixels: &mut dyn Pixels = if params.smooths(bits) { &mut delayed } else { &mut *delayed.pixels };
     let mut stream = Stream::new(params, size);
     let end_clk = stream.frame(lists.collect(), pixels, &mut AlwaysReady);
     stream.finish(&mut AlwaysReady);

@@ -59,10 +59,12 @@ pub enum Fate {
     },
     /// The queue was full, or its rows were overwritten before an engine had loaded them.
     Lost {
-        /// Candidates of the picture for which the queue was full.
-        dropped: u64,
-        /// Candidates of the picture whose rows were overwritten.
-        late: u64,
+        /// Candidates of the whole picture for which the queue was full.
+        #[serde(rename = "dropped")]
+        dropped_in_picture: u64,
+        /// Candidates of the whole picture whose rows were overwritten.
+        #[serde(rename = "late")]
+        late_in_picture: u64,
     },
     /// A feature left.
     Feature {
@@ -98,7 +100,7 @@ fn extracted_fates(
 ) -> Result<(Extracted, Vec<Vec<PixelFate>>), Error> {
     // Without the fit, positions tell from which pixels the features are.
     let whole = ExtractorParams { subpixel: false, ..*params };
-    let extracted = Extractor::new(&whole).settled(codes, bits)?;
+    let extracted = Extractor::new(&whole).first_frame(codes, bits)?;
     let (params, events) = (&whole.for_codes(bits), &mut Events::default());
     let fates = if params.pipeline_bits == 8 {
         let octaves = octaves(words::<u8>(codes, bits, params, events), params);
@@ -181,7 +183,8 @@ fn of_corner<W: Word>(
         let [x, y] = [feature.x, feature.y].map(|coordinate| u32::from(coordinate.to_bits()));
         (feature.octave, x, y) == (octave, sixteenths(x_px), sixteenths(y_px))
     });
-    let lost = Fate::Lost { dropped: extracted.counts.dropped, late: extracted.counts.late };
+    let counts = &extracted.counts;
+    let lost = Fate::Lost { dropped_in_picture: counts.dropped, late_in_picture: counts.late };
     left.map_or(lost, |number| Fate::Feature { number })
 }
 
@@ -204,7 +207,7 @@ mod tests {
         ];
         for (name, bits, params) in cases {
             let codes = noise(75, 67, 200, 5).map(|value| u16::from(value) << 8 >> (16 - bits));
-            let extracted = Extractor::new(&params).settled(&codes, bits).unwrap();
+            let extracted = Extractor::new(&params).first_frame(&codes, bits).unwrap();
             let pixels = || (0..67).flat_map(|y| (0..75).map(move |x| (x, y)));
             let (without_fit, all) = extracted_fates(&codes, bits, &params, pixels()).unwrap();
             assert_eq!((without_fit.threshold, without_fit.counts), (extracted.threshold, extracted.counts), "{name}");
@@ -226,8 +229,9 @@ mod tests {
                         Fate::Suppressed { .. } => 2,
                         Fate::WithoutPatch => 3,
                         Fate::Unselected { .. } => 4,
-                        Fate::Lost { dropped, late } => {
-                            assert_eq!((dropped, late), (extracted.counts.dropped, extracted.counts.late), "{name}");
+                        Fate::Lost { dropped_in_picture, late_in_picture } => {
+                            let lost = (extracted.counts.dropped, extracted.counts.late);
+                            assert_eq!((dropped_in_picture, late_in_picture), lost, "{name}");
                             5
                         }
                         Fate::Feature { number } => {

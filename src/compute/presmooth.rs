@@ -75,18 +75,18 @@ fn weigh([a, b, c, d, e, f, g]: [u32; 7]) -> u32 {
 
 /// When smoothed words are there: the last code that one is made of is three rows below and three columns to the right. Beyond the
 /// last row the kernel continues without input.
-pub(super) struct Behind<'a> {
+pub(super) struct DelayedPixels<'a> {
     pub pixels: &'a mut dyn Pixels,
     pub height_px: usize,
 }
 
-impl Behind<'_> {
+impl DelayedPixels<'_> {
     fn row(&self, y: u32) -> u32 {
         (y + REACH_PX).min(u32_from(self.height_px) - 1)
     }
 }
 
-impl Pixels for Behind<'_> {
+impl Pixels for DelayedPixels<'_> {
     fn offered(&mut self, x: u32, y: u32, clk: u64) -> u64 {
         self.pixels.offered(x + REACH_PX, self.row(y), clk)
     }
@@ -150,11 +150,11 @@ mod tests {
     #[test]
     fn a_word_waits_for_the_code_three_rows_and_columns_later() {
         let mut rows = RowByRow { first_clk: 5, spacing: 20.into() };
-        let mut behind = Behind { pixels: &mut rows, height_px: 9 };
-        assert_eq!(behind.offered(0, 0, 0), 5 + 3 * 20 + 3);
-        assert_eq!(behind.offered(4, 5, 0), 5 + 8 * 20 + 7);
-        assert_eq!(behind.offered_run(0, 9, 2, 0), 5 + 5 * 20 + 3 + 8);
+        let mut delayed = DelayedPixels { pixels: &mut rows, height_px: 9 };
+        assert_eq!(delayed.offered(0, 0, 0), 5 + 3 * 20 + 3);
+        assert_eq!(delayed.offered(4, 5, 0), 5 + 8 * 20 + 7);
+        assert_eq!(delayed.offered_run(0, 9, 2, 0), 5 + 5 * 20 + 3 + 8);
         // Rows below the last are the last once more: they wait for nothing.
-        assert_eq!(behind.offered(4, 7, 500), 500);
+        assert_eq!(delayed.offered(4, 7, 500), 500);
     }
 }

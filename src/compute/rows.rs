@@ -1,19 +1,19 @@
-//! The order in which rows run through the shared window: rows of positions, one position a clock, from the sizes of the octaves.
+//! The order in which rows run through the shared window: rows of raster slots, one slot a clock, from the sizes of the octaves.
 //!
-//! A row of an octave has one position more than pixels, and after an octave's last row comes one virtual row, so that every
+//! A row of an octave has one slot more than pixels, and after an octave's last row comes one virtual row, so that every
 //! corner and smoothed pixel leaves without a special end. Rows of octave k+1 run as soon as the odd row of octave k that
 //! completes them has run.
 
 use crate::units::Size;
 
-/// Clocks in which a position is taken, from a position to what it gives: corner, smoothed pixel or end of a row.
+/// Clocks in which a slot is taken, from a slot to what it gives: corner, smoothed pixel or end of a row.
 pub const FRONT_LATENCY_CLK: u64 = 6;
-/// Positions of nothing after a frame, so that its last row ends before the next frame's first row starts.
+/// Empty slots after a frame, so that its last row ends before the next frame's first row starts.
 pub const DRAIN_CLK: u64 = FRONT_LATENCY_CLK + 1;
 
-/// A row of positions.
+/// A row of slots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PositionRow {
+pub struct SlotRow {
     /// Its octave.
     pub octave: usize,
     /// Its number; for the virtual row the octave's height.
@@ -23,7 +23,7 @@ pub struct PositionRow {
 }
 
 /// Rows of a frame in the order in which they run.
-pub fn order(sizes: &[Size]) -> Vec<PositionRow> {
+pub fn order(sizes: &[Size]) -> Vec<SlotRow> {
     let mut rows = Vec::new();
     for y in 0..sizes[0].height_px {
         push(&mut rows, sizes, 0, y);
@@ -31,11 +31,11 @@ pub fn order(sizes: &[Size]) -> Vec<PositionRow> {
     rows
 }
 
-fn push(rows: &mut Vec<PositionRow>, sizes: &[Size], octave: usize, y: u32) {
-    rows.push(PositionRow { octave, y, is_virtual: false });
+fn push(rows: &mut Vec<SlotRow>, sizes: &[Size], octave: usize, y: u32) {
+    rows.push(SlotRow { octave, y, is_virtual: false });
     let height_px = sizes[octave].height_px;
     if y + 1 == height_px {
-        rows.push(PositionRow { octave, y: height_px, is_virtual: true });
+        rows.push(SlotRow { octave, y: height_px, is_virtual: true });
     }
     if y % 2 == 1 && octave + 1 < sizes.len() {
         push(rows, sizes, octave + 1, y / 2);
@@ -44,8 +44,8 @@ fn push(rows: &mut Vec<PositionRow>, sizes: &[Size], octave: usize, y: u32) {
 
 /// Clocks of a frame whose pixels are always there and whose rows never wait.
 pub fn frame_clk(sizes: &[Size]) -> u64 {
-    let positions = |size: &Size| u64::from(size.width_px + 1) * u64::from(size.height_px + 1);
-    sizes.iter().map(positions).sum::<u64>() + DRAIN_CLK
+    let slots = |size: &Size| u64::from(size.width_px + 1) * u64::from(size.height_px + 1);
+    sizes.iter().map(slots).sum::<u64>() + DRAIN_CLK
 }
 
 /// Where pixels come from, clock by clock.

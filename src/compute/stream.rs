@@ -7,7 +7,7 @@ use super::back::{Back, Records, Served};
 use super::cells::CellLists;
 use super::feature::ExtractorCounts;
 use super::params::ExtractorParams;
-use super::rows::{DRAIN_CLK, FRONT_LATENCY_CLK, Pixels, PositionRow, order};
+use super::rows::{DRAIN_CLK, FRONT_LATENCY_CLK, Pixels, SlotRow, order};
 use crate::units::Size;
 
 /// The latency as a number of pixels: a row of the smallest picture has one more.
@@ -17,7 +17,7 @@ const _: () = assert!(LATENCY_PX as u64 == FRONT_LATENCY_CLK && LATENCY_PX < sup
 /// Frames of one size that follow each other through one extractor.
 #[derive(Debug)]
 pub struct Stream {
-    rows: Vec<PositionRow>,
+    rows: Vec<SlotRow>,
     sizes: Vec<Size>,
     back: Back,
     frame: u64,
@@ -37,7 +37,7 @@ impl Stream {
     pub(crate) fn frame(&mut self, lists: Vec<CellLists>, pixels: &mut dyn Pixels, records: &mut dyn Records) -> u64 {
         let mut lists: Vec<Option<CellLists>> = lists.into_iter().map(Some).collect();
         let (begin_clk, mut ready_clk) = (self.clk, 0);
-        let mut before: Option<PositionRow> = None;
+        let mut before: Option<SlotRow> = None;
         for row in &self.rows {
             let asked_clk = self.clk;
             let ok_clk = self.back.wait_for_row(row, asked_clk, records);
@@ -48,7 +48,7 @@ impl Stream {
             }
             let width_px = self.sizes[row.octave].width_px;
             let enters = row.octave == 0 && !row.is_virtual;
-            // The end of the row before leaves when as many positions of this row as the latency have been taken.
+            // The end of the row before leaves when as many slots of this row as the latency have been taken.
             let (pushed_clk, last_clk) = if enters {
                 let pushed_clk = pixels.offered_run(0, LATENCY_PX, row.y, ok_clk);
                 (pushed_clk, pixels.offered_run(LATENCY_PX, width_px, row.y, pushed_clk + 1) + 1)
@@ -65,7 +65,7 @@ impl Stream {
             self.clk = last_clk + 1;
         }
         let last = before.expect("a frame has rows");
-        // The last position was taken in the clock before `self.clk`.
+        // The last slot was taken in the clock before `self.clk`.
         self.back.row_end(&last, self.clk + FRONT_LATENCY_CLK, records);
         self.clk += DRAIN_CLK;
         self.frame += 1;

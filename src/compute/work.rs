@@ -1,6 +1,6 @@
 //! Counts the events of the extractor's hardware in a frame.
 //!
-//! The rule follows the streaming form: logic of the front runs for every position of any picture; the cost of a corner
+//! The rule follows the streaming form: logic of the front runs for every pixel of any picture; the cost of a corner
 //! counts once it is served. Minima, maxima, adds, subtractions and compares of one word are operations; shifts by
 //! constants and multiplexers are wires. Words of memories and operations are counted as words of 8 bits: a pipeline of 12
 //! bits counts one and a half, rounded up over the frame.

@@ -20,7 +20,7 @@ impl Scenario {
             within("energy.port_lanes", lanes, 1..=128, "1 to 128")?;
         }
         Ok(EnergyParams {
-            adc: member("energy.adc", &energy.adc, &Architecture::ALL, Architecture::name)?,
+            adc_architecture: member("energy.adc", &energy.adc, &Architecture::ALL, Architecture::name)?,
             port: member("energy.port", &energy.port, &Port::ALL, Port::name)?,
             port_lanes: energy.port_lanes,
             periphery: member("energy.periphery", &energy.periphery, &Periphery::ALL, Periphery::name)?,

@@ -2,7 +2,7 @@
 
 use super::scenario::Scene;
 use crate::error::Error;
-use crate::scene::target::Wish;
+use crate::scene::target::TargetRequest;
 
 impl Scene {
     /// Keys of targets, by name.
@@ -20,9 +20,9 @@ impl Scene {
     }
 
     /// What the user said about the target.
-    pub fn target_wish(&self) -> Wish {
+    pub fn target_request(&self) -> TargetRequest {
         let (reflectance, illuminance_lux) = (self.reflectance, self.illuminance_lux);
-        Wish { reflectance, illuminance_lux, sizes: self.target_sizes() }
+        TargetRequest { reflectance, illuminance_lux, sizes: self.target_sizes() }
     }
 
     /// Refuses keys of targets where there is none. Fails with the first such key.

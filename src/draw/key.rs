@@ -6,9 +6,9 @@ use crate::units::{CameraIndex, FrameIndex, RowIndex};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct EffectNumber(pub u64);
 
-/// The array row that draws belong to: of which camera, frame and exposure, under which seed.
+/// Names the array row that draws belong to: of which camera, frame and exposure, under which seed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct RowAddress {
+pub struct RowId {
     /// Seed of the run, or of the die for patterns that stay from frame to frame.
     pub seed: u64,
     /// Camera of the rig.
@@ -44,17 +44,17 @@ impl DrawKey {
 
     /// The key of one effect's draws in one exposure of one camera, for any row. It is computed once a frame, which saves mixing
     /// steps in every row.
-    pub fn of_exposure(effect: EffectNumber, address: RowAddress) -> Self {
-        Self::root(address.seed)
+    pub fn of_exposure(effect: EffectNumber, row_id: RowId) -> Self {
+        Self::root(row_id.seed)
             .with(effect.0)
-            .with(address.camera.0.into())
-            .with(address.frame.0.into())
-            .with(address.slot.into())
+            .with(row_id.camera.0.into())
+            .with(row_id.frame.0.into())
+            .with(row_id.slot.into())
     }
 
     /// The key of one effect's draws in one row.
-    pub fn of_row(effect: EffectNumber, address: RowAddress) -> Self {
-        Self::of_exposure(effect, address).with(address.row.0.into())
+    pub fn of_row(effect: EffectNumber, row_id: RowId) -> Self {
+        Self::of_exposure(effect, row_id).with(row_id.row.0.into())
     }
 }
 

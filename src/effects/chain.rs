@@ -13,13 +13,13 @@ mod state;
 
 pub use expected::Expected;
 use layout::WindowLayout;
-use row::{RowAt, RowBuffers};
+use row::{RowBuffers, TimedRow};
 pub use state::{BlackRows, Capture, Captured, Chain, RowSamples, RowTimes};
 use state::{ExposureInput, ROWS_PER_CHUNK, Reading, add};
 
 use super::Parameters;
 use crate::adc::{self, Columns};
-use crate::draw::{DrawKey, RowAddress};
+use crate::draw::{DrawKey, RowId};
 use crate::effect::{ArrayPass, Domain, Effect};
 use crate::events::Events;
 use crate::fidelity::Rung;
@@ -54,7 +54,7 @@ impl Chain {
     fn with_saturated_from(mut self) -> Self {
         let clips =
             self.readings.iter().all(|reading| reading.effects.iter().any(|effect| effect.name() == "full_well"));
-        let spills = self.charge_effects.iter().any(|effect| effect.name() == "blooming");
+        let spills = self.charge_effects.iter().any(|effect| effect.spills());
         let of = |reading: &Reading| pixel::saturated_from_e(&reading.parameters.pixel);
         self.saturated_from_e = if clips && !spills {
             self.readings.iter().map(of).fold(0.0, |most, from_e| if from_e > most { from_e } else { most })
@@ -115,8 +115,8 @@ impl Chain {
     /// Converters of one camera in each reading: of the columns that are read.
     fn columns(&self, camera: CameraIndex, width: usize) -> Vec<Columns<'_>> {
         let (frame, row) = (FrameIndex(0), RowIndex(0));
-        let address = RowAddress { seed: self.die_seed, camera, frame, slot: 0, row };
-        let die = DrawKey::of_row(adc::COLUMN_DELAY, address);
+        let row_id = RowId { seed: self.die_seed, camera, frame, slot: 0, row };
+        let die = DrawKey::of_row(adc::COLUMN_DELAY, row_id);
         let read = self.layout.as_ref().map(WindowLayout::read_columns);
         self.readings.iter().map(|reading| reading.columns(die, width, read.clone())).collect()
     }
@@ -222,17 +222,17 @@ impl Chain {
     /// of the whole array see this row alone. The row begins at the array's first column.
     pub fn row_samples(&self, photons: &[f32], capture: Capture<'_>, row: RowIndex, times: RowTimes) -> RowSamples {
         let mut buffers = RowBuffers::new(photons.len(), self.samples(), 1, self.counters());
-        let at = self.at(capture, crate::num::index(row.0), times);
+        let timed_row = self.timed_row(capture, crate::num::index(row.0), times);
         buffers.values.copy_from_slice(photons);
-        self.gather(at, &mut buffers);
+        self.gather(timed_row, &mut buffers);
         if self.has_array_effects() {
             let size = Size { width_px: u32_from(photons.len()), height_px: 1 };
             let mut charge_e = Plane::from_values(size, std::mem::take(&mut buffers.values));
             self.act_on_array(&mut charge_e, capture, &mut buffers.hits);
             buffers.values = charge_e.values().to_vec();
         }
-        self.readings[0].sense(at, self.die_seed, &mut buffers);
-        self.readings[0].sample(at, self.die_seed, &mut buffers);
+        self.readings[0].sense(timed_row, self.die_seed, &mut buffers);
+        self.readings[0].sample(timed_row, self.die_seed, &mut buffers);
         RowSamples { signal_uv: buffers.values, reset_uv: buffers.reset }
     }
 
@@ -293,9 +293,9 @@ impl Chain {
     }
 
     fn act_on_array(&self, charge_e: &mut Plane<f32>, capture: Capture<'_>, hits: &mut [u64]) -> Option<Plane<f32>> {
-        let (address, before_e) = (self.row_address(capture, 0), capture.before_e);
+        let (row_id, before_e) = (self.row_id(capture, 0), capture.before_e);
         let pixels = u64_from(charge_e.values().len());
-        let mut pass = ArrayPass { address, charge_e, before_e, left_e: None };
+        let mut pass = ArrayPass { row_id, charge_e, before_e, left_e: None };
         let first_counter = self.charge_effects.len() - self.array_effects().len();
         for (number, effect) in self.array_effects().iter().enumerate() {
             effect.apply_to_array(&mut pass);
@@ -304,19 +304,19 @@ impl Chain {
         pass.left_e
     }
 
-    fn row_address(&self, capture: Capture<'_>, row: usize) -> RowAddress {
+    fn row_id(&self, capture: Capture<'_>, row: usize) -> RowId {
         let Capture { camera, frame, slot, .. } = capture;
-        RowAddress { seed: self.seed, camera, frame, slot, row: RowIndex(u32_from(row)) }
+        RowId { seed: self.seed, camera, frame, slot, row: RowIndex(u32_from(row)) }
     }
 
-    fn at(&self, capture: Capture<'_>, row: usize, times: RowTimes) -> RowAt {
-        RowAt { address: self.row_address(capture, row), times }
+    fn timed_row(&self, capture: Capture<'_>, row: usize, times: RowTimes) -> TimedRow {
+        TimedRow { row_id: self.row_id(capture, row), times }
     }
 
     /// From the photons in the buffer to the electrons that a row's pixels gather.
-    fn gather(&self, at: RowAt, buffers: &mut RowBuffers) {
+    fn gather(&self, timed_row: TimedRow, buffers: &mut RowBuffers) {
         pixel::photons_to_mean_electrons(&self.parameters.pixel, &mut buffers.values);
         let rows = self.charge_effects.len() - self.array_effects().len();
-        buffers.apply_all(&self.charge_effects[..rows], (at, self.die_seed), self.saturated_from_e, 0);
+        buffers.apply_all(&self.charge_effects[..rows], (timed_row, self.die_seed), self.saturated_from_e, 0);
     }
 }

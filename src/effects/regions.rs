@@ -25,9 +25,9 @@ pub struct LightBounds {
 /// Temporal dark noise of a pixel in electrons: read noise, 1/f noise and, where it is not removed, kTC noise.
 pub fn dark_sigma_e(parameters: &Parameters) -> f64 {
     let pixel = &parameters.pixel;
-    let sampling = super::sampling(parameters);
-    let ktc_uv2 = ktc_sigmas(pixel, sampling.samples).variance_uv2();
-    let flicker_uv2 = flicker_variance_uv2(pixel, sampling);
+    let timing = super::sample_timing(parameters);
+    let ktc_uv2 = ktc_sigmas(pixel, timing.samples).variance_uv2();
+    let flicker_uv2 = flicker_variance_uv2(pixel, timing);
     (pixel.read_noise_uv * pixel.read_noise_uv + ktc_uv2 + flicker_uv2).sqrt() / pixel.conversion_gain_uv_per_e
 }
 

@@ -54,7 +54,7 @@ pub struct Item {
 
 /// What of a sensor decides its power.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Design {
+pub struct PoweredSensor {
     /// Keys of `[energy]`.
     pub params: EnergyParams,
     /// Photodiode to column.
@@ -97,7 +97,7 @@ pub struct Design {
 
 /// The items while they are made.
 pub(super) struct ItemBuilder<'a> {
-    pub design: &'a Design,
+    pub sensor: &'a PoweredSensor,
     pub technology: &'a Technology,
     /// Nanoseconds of a frame in which the sensor is awake.
     pub awake_ns: u64,

@@ -7,7 +7,7 @@
 use super::constant::Constant;
 use super::converter;
 pub(super) use super::item::ItemBuilder;
-pub use super::item::{Amount, Design, Item, Rail};
+pub use super::item::{Amount, Item, PoweredSensor, Rail};
 use super::params::{EnergyParams, Periphery, Port};
 use super::technology::Technology;
 use crate::adc::AdcParams;
@@ -29,9 +29,9 @@ const ROLLING_LINES: f64 = 5.0;
 /// Those of a global shutter: besides the former the gates that store the charge and drain the photodiode.
 const GLOBAL_LINES: f64 = 7.0;
 
-impl Design {
-    /// The facts of a checked sensor. `black_rows` are read beside the picture's; `depth_bits` is the depth of the codes that leave and
-    /// `merged_bits` that before companding.
+impl PoweredSensor {
+    /// What of a checked sensor decides its power. `black_rows` are read beside the picture's; `depth_bits` is the depth of the codes that
+    /// leave and `merged_bits` that before companding.
     pub fn new(
         params: EnergyParams,
         (pixel, adc): (&PixelParams, &AdcParams),
@@ -89,7 +89,7 @@ impl Design {
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorPower {
     /// What they were made from.
-    pub design: Design,
+    pub sensor: PoweredSensor,
     /// Its constants.
     pub technology: Technology,
     /// In the order of the data.
@@ -101,18 +101,18 @@ pub struct SensorPower {
 }
 
 impl SensorPower {
-    /// The items of a design in a technology.
-    pub fn new(design: Design, technology: Technology) -> Self {
-        let frame_ns = nanoseconds(design.frame_s);
-        let asked_ns = design.params.period_s.map_or(0, nanoseconds);
-        let awake_ns = frame_ns + nanoseconds(design.params.wake_s);
+    /// The items of a sensor in a technology.
+    pub fn new(sensor: PoweredSensor, technology: Technology) -> Self {
+        let frame_ns = nanoseconds(sensor.frame_s);
+        let asked_ns = sensor.params.period_s.map_or(0, nanoseconds);
+        let awake_ns = frame_ns + nanoseconds(sensor.params.wake_s);
         // A sensor that streams has no wake-up.
         let (awake_ns, period_ns) = if asked_ns > awake_ns { (awake_ns, asked_ns) } else { (frame_ns, frame_ns) };
-        let link = &design.link;
+        let link = &sensor.link;
         let lane_ps_per_byte = u64_half_even(8e12 / (2.0 * f64_from_u64(link.frequency_hz)));
         let lane_ns_per_burst = nanoseconds(link.seconds(link.burst_overhead()));
-        let pixel_die = design.params.pixel_node_nm.map(|node_nm| technology.scaled_to(node_nm));
-        let mut build = ItemBuilder { design: &design, technology: &technology, awake_ns, items: Vec::new() };
+        let pixel_die = sensor.params.pixel_node_nm.map(|node_nm| technology.scaled_to(node_nm));
+        let mut build = ItemBuilder { sensor: &sensor, technology: &technology, awake_ns, items: Vec::new() };
         build.pixels(pixel_die.as_ref().unwrap_or(&technology));
         converter::items(&mut build);
         build.readout();
@@ -120,13 +120,13 @@ impl SensorPower {
         build.port();
         build.periphery(period_ns - awake_ns);
         let items = build.items;
-        Self { design, technology, items, period_ns, lane_ps_per_byte, lane_ns_per_burst }
+        Self { sensor, technology, items, period_ns, lane_ps_per_byte, lane_ns_per_burst }
     }
 
-    /// The same design with other constants.
+    /// The same sensor with other constants.
     #[must_use]
     pub fn with_technology(&self, technology: Technology) -> Self {
-        Self::new(self.design.clone(), technology)
+        Self::new(self.sensor.clone(), technology)
     }
 
     /// How often an item happens in `frames` frames of `sensors` sensors with these events.
@@ -171,19 +171,19 @@ impl ItemBuilder<'_> {
     /// Energy of the logic over that at the core's voltage: C V^2 below it; above it a regulator passes the core's charge.
     pub fn logic_factor(&self) -> f64 {
         let core_v = self.technology.core_voltage_v;
-        let ratio = self.design.params.digital_v.unwrap_or(core_v) / core_v;
+        let ratio = self.sensor.params.digital_v.unwrap_or(core_v) / core_v;
         if ratio < 1.0 { ratio * ratio } else { ratio }
     }
 
     /// Share of a frame for which bias flows, rows without conversion included.
     pub fn bias_share(&self) -> f64 {
-        let active = self.design.conversion_share();
-        active + self.design.params.idle_bias * (1.0 - active)
+        let active = self.sensor.conversion_share();
+        active + self.sensor.params.idle_bias * (1.0 - active)
     }
 
     /// Bias of this class of sensor over that of a product.
     pub fn bias_class(&self) -> f64 {
-        match self.design.params.periphery {
+        match self.sensor.params.periphery {
             Periphery::Full => 1.0,
             Periphery::LowPower => self.value(Constant::LowPowerBias),
             Periphery::External => self.value(Constant::ExternalBias),
@@ -191,53 +191,53 @@ impl ItemBuilder<'_> {
     }
 
     fn pixels(&mut self, die: &Technology) {
-        let (design, supply_v) = (self.design, self.design.supply_v);
+        let (sensor, supply_v) = (self.sensor, self.sensor.supply_v);
         let block_and_rail = (Block::Pixel, Rail::Analog);
         let square_pj = |capacitance_ff: f64| 1e-3 * capacitance_ff * supply_v * supply_v;
-        let diffusion_ff = 1e21 * ELECTRON_C / design.pixel.conversion_gain_uv_per_e;
+        let diffusion_ff = 1e21 * ELECTRON_C / sensor.pixel.conversion_gain_uv_per_e;
         let reset_pj = square_pj(diffusion_ff + die.value(Constant::PixelReset));
         self.pj(block_and_rail, Amount::Event(Event::PixelReset), Constant::PixelReset, reset_pj);
         let transfer_pj = square_pj(die.value(Constant::ChargeTransfer));
         self.pj(block_and_rail, Amount::Event(Event::ChargeTransfer), Constant::ChargeTransfer, transfer_pj);
-        if !converter::has_columns(design) {
+        if !converter::has_columns(sensor) {
             return;
         }
-        let swing_v = lesser(1e-6 * design.adc.full_scale_uv / design.adc.gain, supply_v);
-        let line_ff = 1e3 * design.adc.column_capacitance_pf + die.value(Constant::ColumnSettle);
+        let swing_v = lesser(1e-6 * sensor.adc.full_scale_uv / sensor.adc.gain, supply_v);
+        let line_ff = 1e3 * sensor.adc.column_capacitance_pf + die.value(Constant::ColumnSettle);
         let settle_pj = 1e-3 * line_ff * swing_v * supply_v;
         self.pj(block_and_rail, Amount::Event(Event::ColumnSettle), Constant::ColumnSettle, settle_pj);
-        let given_ua = design.adc.column_bias_ua;
+        let given_ua = sensor.adc.column_bias_ua;
         let bias_ua = if given_ua > 0.0 { given_ua } else { die.value(Constant::ColumnBias) * self.bias_class() };
         let share = self.bias_share();
-        self.mw(block_and_rail, Constant::ColumnBias, share, 1e-3 * bias_ua * supply_v * f64::from(design.columns));
+        self.mw(block_and_rail, Constant::ColumnBias, share, 1e-3 * bias_ua * supply_v * f64::from(sensor.columns));
     }
 
     fn readout(&mut self) {
-        let design = self.design;
-        let supply_v = design.supply_v;
-        let pixel_ff = self.value(Constant::RowSelect) + self.value(Constant::Wire) * design.pixel.pitch_um;
-        let lines = match design.shutter {
+        let sensor = self.sensor;
+        let supply_v = sensor.supply_v;
+        let pixel_ff = self.value(Constant::RowSelect) + self.value(Constant::Wire) * sensor.pixel.pitch_um;
+        let lines = match sensor.shutter {
             Shutter::Rolling => ROLLING_LINES,
             Shutter::Global => GLOBAL_LINES,
         };
-        let row_pj = 1e-3 * lines * f64::from(design.row_px) * pixel_ff * supply_v * supply_v;
+        let row_pj = 1e-3 * lines * f64::from(sensor.row_px) * pixel_ff * supply_v * supply_v;
         self.pj((Block::Readout, Rail::Analog), Amount::Event(Event::RowSelect), Constant::RowSelect, row_pj);
         let digital = (Block::Readout, Rail::Digital);
         let (bit, core_v) = (Amount::Event(Event::ReadoutBit), self.technology.core_voltage_v);
         // A bit travels half of the bus in the mean, and every other bit differs from the one before it: C V^2 over two of that.
-        let bus_ff = self.value(Constant::Wire) * design.pixel.pitch_um * f64::from(design.columns);
+        let bus_ff = self.value(Constant::Wire) * sensor.pixel.pitch_um * f64::from(sensor.columns);
         let bus_pj = 1e-3 * 0.25 * bus_ff * core_v * core_v;
         let logic = self.logic_factor();
         let shift_pj = logic * (self.value(Constant::ReadoutBit) + bus_pj);
         self.pj(digital, bit, Constant::ReadoutBit, shift_pj);
         // A test chip corrects less of its codes than a product, by the same ratio as its bias.
-        let corrects = if design.params.periphery == Periphery::External { self.bias_class() } else { 1.0 };
-        let pipeline = logic * design.merged_share();
+        let corrects = if sensor.params.periphery == Periphery::External { self.bias_class() } else { 1.0 };
+        let pipeline = logic * sensor.merged_share();
         self.pj(digital, bit, Constant::DatapathBit, corrects * pipeline * self.value(Constant::DatapathBit));
-        if design.params.image_processor {
+        if sensor.params.image_processor {
             self.pj(digital, bit, Constant::ImageProcessorBit, pipeline * self.value(Constant::ImageProcessorBit));
         }
-        if design.params.pixel_node_nm.is_some() {
+        if sensor.params.pixel_node_nm.is_some() {
             self.pj(digital, bit, Constant::TsvBit, self.value(Constant::TsvBit));
         }
     }
@@ -254,35 +254,35 @@ impl ItemBuilder<'_> {
             self.pj(block_and_rail, Amount::Event(event), of, logic * self.value(of));
         }
         // Without an extractor nothing leaks.
-        let present = if self.design.has_extractor { self.leakage() } else { 0.0 };
+        let present = if self.sensor.has_extractor { self.leakage() } else { 0.0 };
         self.mw(block_and_rail, Constant::LeakageCompute, 1.0, present * self.value(Constant::LeakageCompute));
     }
 
     /// Leakage over that at 300 K and the core's voltage.
     fn leakage(&self) -> f64 {
-        self.logic_factor() * libm::exp2((self.design.pixel.temperature_k - 300.0) / LEAKAGE_DOUBLING_K)
+        self.logic_factor() * libm::exp2((self.sensor.pixel.temperature_k - 300.0) / LEAKAGE_DOUBLING_K)
     }
 
     fn port(&mut self) {
-        let (design, block_and_rail) = (self.design, (Block::Link, Rail::Io));
-        let class = match design.params.periphery {
+        let (sensor, block_and_rail) = (self.sensor, (Block::Link, Rail::Io));
+        let class = match sensor.params.periphery {
             Periphery::Full | Periphery::External => 1.0,
             Periphery::LowPower => self.value(Constant::LowPowerPort),
         };
         let byte = Amount::Event(Event::LinkByte);
-        let lanes = f64::from(design.params.port_lanes.unwrap_or(design.link.lanes));
-        match design.params.port {
+        let lanes = f64::from(sensor.params.port_lanes.unwrap_or(sensor.link.lanes));
+        match sensor.params.port {
             Port::None => {}
             Port::Parallel => {
                 // A data pin rises at every fourth bit of random data; the clock pin at every code.
-                let rises = 0.25 + 1.0 / f64::from(design.depth_bits);
-                let io_v = design.params.io_v;
+                let rises = 0.25 + 1.0 / f64::from(sensor.depth_bits);
+                let io_v = sensor.params.io_v;
                 let byte_pj = 8.0 * rises * 1e-3 * self.value(Constant::Pad) * io_v * io_v;
                 self.pj(block_and_rail, byte, Constant::Pad, class * byte_pj);
             }
             Port::Lvds => {
                 self.pj(block_and_rail, byte, Constant::LinkByte, class * self.value(Constant::LinkByte));
-                let lane_mw = 1e-3 * self.value(Constant::LvdsLane) * design.params.io_v;
+                let lane_mw = 1e-3 * self.value(Constant::LvdsLane) * sensor.params.io_v;
                 self.mw(block_and_rail, Constant::LvdsLane, 1.0, class * (lanes + 1.0) * lane_mw);
             }
             Port::Dphy => {
@@ -291,7 +291,7 @@ impl ItemBuilder<'_> {
                 self.pj(block_and_rail, burst, Constant::LinkBurst, class * self.value(Constant::LinkBurst));
                 self.mw(block_and_rail, Constant::PhyLane, 1.0, class * (lanes + 1.0) * self.value(Constant::PhyLane));
                 // The clock lane runs all the time; data lanes are in high-speed mode for their bytes and the ways in and out.
-                let clock_mw = 1e-9 * self.value(Constant::LaneClock) * f64_from_u64(design.link.frequency_hz);
+                let clock_mw = 1e-9 * self.value(Constant::LaneClock) * f64_from_u64(sensor.link.frequency_hz);
                 for (of, lane_mw) in [(Constant::HsLane, self.value(Constant::HsLane)), (Constant::LaneClock, clock_mw)]
                 {
                     self.mw(block_and_rail, of, 1.0, class * lane_mw);
@@ -302,12 +302,12 @@ impl ItemBuilder<'_> {
     }
 
     fn periphery(&mut self, asleep_ns: u64) {
-        let class = match self.design.params.periphery {
+        let class = match self.sensor.params.periphery {
             Periphery::Full => 1.0,
             Periphery::LowPower => self.value(Constant::LowPowerOverhead),
             Periphery::External => 0.0,
         };
-        let (logic, analog) = (self.logic_factor(), self.design.supply_v / ANALOG_NOMINAL_V);
+        let (logic, analog) = (self.logic_factor(), self.sensor.supply_v / ANALOG_NOMINAL_V);
         for (of, rail, factor) in [
             (Constant::Pll, Rail::Digital, logic),
             (Constant::Sequencer, Rail::Digital, logic),
@@ -320,7 +320,7 @@ impl ItemBuilder<'_> {
         }
         let block_and_rail = (Block::Periphery, Rail::Digital);
         // The pipeline is clocked by merged pixels: readings leave the columns faster by the number of exposures.
-        let clocks = Amount::PerFrame(self.design.frame_clk / self.design.exposures);
+        let clocks = Amount::PerFrame(self.sensor.frame_clk / self.sensor.exposures);
         self.pj(block_and_rail, clocks, Constant::ClockTree, class * logic * self.value(Constant::ClockTree));
         let leakage_mw = class * self.leakage() * self.value(Constant::LeakageLogic);
         self.mw(block_and_rail, Constant::LeakageLogic, 1.0, leakage_mw);

@@ -51,7 +51,7 @@ named! {
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnergyParams {
     /// Architecture of the converters.
-    pub adc: Architecture,
+    pub adc_architecture: Architecture,
     /// The port.
     pub port: Port,
     /// LVDS lanes, clock lane apart, 1 to 128; not given: those of the link.
@@ -78,7 +78,7 @@ impl Default for EnergyParams {
     /// A product with one die, single-slope converters and a D-PHY that streams.
     fn default() -> Self {
         Self {
-            adc: Architecture::SingleSlope,
+            adc_architecture: Architecture::SingleSlope,
             port: Port::Dphy,
             port_lanes: None,
             periphery: Periphery::Full,

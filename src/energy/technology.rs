@@ -93,7 +93,7 @@ impl Technology {
         Ok(Self { name: name.to_owned(), core_voltage_v, ..base.scaled_to(node_nm) })
     }
 
-    /// The node that a design uses whose facts say no more than a supply of its logic or a year. One rule for all: by the supply (1.7 V and
+    /// The node of a sensor of which no more is known than the supply of its logic or a year. One rule for all: by the supply (1.7 V and
     /// more 180 nm, 1.45 V 110 nm, 1.15 V 65 nm, 1.05 V 40 nm, less 28 nm), else by the year (to 2008 180 nm, to 2012 110 nm, to 2017
     /// 65 nm, to 2022 40 nm, later 28 nm), else 65 nm.
     pub fn auto_name(digital_v: Option<f64>, year: Option<u32>) -> &'static str {

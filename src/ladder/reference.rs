@@ -14,7 +14,7 @@ use crate::num::{f32_nearest, f64_from_u64, f64_from_usize, greater, u64_from};
 use crate::plane::Plane;
 use crate::run::Setup;
 use crate::run::probe::PictureId;
-use crate::scene::lit::BOUNCES_MAX;
+use crate::scene::lit::REFLECTIONS_MAX;
 
 /// The share of the finest accuracy that the standard error of a ladder's reference may have.
 pub const SHARE: f64 = 1.0 / 3.0;
@@ -58,7 +58,7 @@ pub fn reference(bench: &LadderBench<'_>, ids: &[PictureId], finest: f64, share:
     } else {
         own.rays
     };
-    let setting = Setting { rung: Rung::Clocked, rays, reflections: BOUNCES_MAX, effects: EffectsKnob::All, ..own };
+    let setting = Setting { rung: Rung::Clocked, rays, reflections: REFLECTIONS_MAX, effects: EffectsKnob::All, ..own };
     let mut setup = bench.setup_of(&setting)?;
     let mut halves = Halves::default();
     let mut standard_error;

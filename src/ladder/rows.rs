@@ -16,7 +16,7 @@ use crate::num::{f64_from_usize, low_u16, u32_truncated_f32};
 use crate::report::Ordered;
 use crate::report::ladder_record::{LADDER_VERSION, LadderRecord, LadderRow, ReferenceRecord};
 use crate::run::Setup;
-use crate::scene::lit::BOUNCES_MAX;
+use crate::scene::lit::REFLECTIONS_MAX;
 
 /// A knob other than the scenario's own is run for its poses where it takes at most this share of the scenario's rays: a rule of counts,
 /// so that the same rows have poses every time.
@@ -86,7 +86,7 @@ fn render_settings(bench: &LadderBench<'_>, own: &Setting) -> Vec<Setting> {
     );
     all.extend([0.5, 0.25, 0.125].map(|tolerance| rays(RayBudget::Tolerance { tolerance, most: RAYS_MOST })));
     all.push(rays(RayBudget::Subframes(16)));
-    all.extend((0..=BOUNCES_MAX).map(|reflections| Setting { reflections, ..own.clone() }));
+    all.extend((0..=REFLECTIONS_MAX).map(|reflections| Setting { reflections, ..own.clone() }));
     for tolerance in [4.0, 0.25] {
         all.push(Setting { reflections: 0, rays: RayBudget::Tolerance { tolerance, most: 256 }, ..own.clone() });
     }

@@ -9,7 +9,7 @@ use super::knobs::{RAYS_MOST, RayBudget, Setting};
 use super::pictures::{Rendered, mean_square, render_until};
 use crate::error::Error;
 use crate::num::{f64_from_usize, greater, lesser};
-use crate::scene::lit::BOUNCES_MAX;
+use crate::scene::lit::REFLECTIONS_MAX;
 
 /// Settings along one knob at most: where some setting meets the goal, and before one does.
 const STEPS_MAX: [usize; 2] = [7, 16];
@@ -58,7 +58,7 @@ impl Pilot<'_> {
         let follows_gloss = setup.fidelity.render.follows_gloss;
         let keeps_images = setup.world.dynamic_scene().is_some_and(|scene| scene.has_gloss(follows_gloss));
         let mut all =
-            if keeps_images { vec![BOUNCES_MAX, self.own.reflections, 0] } else { vec![self.own.reflections] };
+            if keeps_images { vec![REFLECTIONS_MAX, self.own.reflections, 0] } else { vec![self.own.reflections] };
         all.dedup();
         all
     }
@@ -78,7 +78,7 @@ impl Pilot<'_> {
             let rays = RayBudget::Tolerance { tolerance, most: RAYS_MOST };
             self.measure(Setting { rays, reflections, ..self.own.clone() })?;
             let is_known = self.least_rank().is_finite();
-            if (reflections < BOUNCES_MAX && self.is_far()) || (is_known && step + 1 >= STEPS_MAX[0]) {
+            if (reflections < REFLECTIONS_MAX && self.is_far()) || (is_known && step + 1 >= STEPS_MAX[0]) {
                 break;
             }
             let Some((next, rank)) = self.aim(reflections) else { break };

@@ -4,7 +4,7 @@
 //! geometrically distributed, so the draws are as many as the errors: the number of bits that are spared is floor(ln u / ln(1 - p))
 //! for a uniform u in (0, 1]. D-PHY promises a rate below 1e-12; larger rates model a marginal cable or connector.
 
-use crate::draw::{DrawKey, EffectNumber, RowAddress};
+use crate::draw::{DrawKey, EffectNumber, RowId};
 use crate::num::{f64_from_u64, index, u64_from, u64_truncated};
 
 /// The published number of the draws.
@@ -18,12 +18,12 @@ const STEP: f64 = 1.0 / 9_007_199_254_740_992.0;
 ///
 /// # Panics
 /// On another rate.
-pub fn flip_bits(bytes: &mut [u8], rate: f64, address: RowAddress) -> u64 {
+pub fn flip_bits(bytes: &mut [u8], rate: f64, row_id: RowId) -> u64 {
     assert!((0.0..1.0).contains(&rate), "a rate is a share below 1");
     if rate == 0.0 {
         return 0;
     }
-    let key = DrawKey::of_row(NUMBER, address);
+    let key = DrawKey::of_row(NUMBER, row_id);
     let log_spared = libm::log1p(-rate);
     let (bits, mut at, mut flipped) = (8 * u64_from(bytes.len()), 0_u64, 0);
     loop {

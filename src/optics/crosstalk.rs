@@ -28,14 +28,14 @@ pub fn shared_out(plane: &Plane<f32>, share: f64) -> Plane<f32> {
     shared
 }
 
-/// The index before, or the one after the first. A line of one value is its own neighbour.
-fn before(at: usize, length: usize) -> usize {
-    if at > 0 { at - 1 } else { 1.min(length - 1) }
+/// Index of the left (upper) neighbour, mirrored at the edge. A line of one value is its own neighbour.
+fn before(index: usize, length: usize) -> usize {
+    if index > 0 { index - 1 } else { 1.min(length - 1) }
 }
 
-/// The index after, or the one before the last.
-fn after(at: usize, length: usize) -> usize {
-    if at + 1 < length { at + 1 } else { length.max(2) - 2 }
+/// Index of the right (lower) neighbour, mirrored at the edge.
+fn after(index: usize, length: usize) -> usize {
+    if index + 1 < length { index + 1 } else { length.max(2) - 2 }
 }
 
 #[cfg(test)]

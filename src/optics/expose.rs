@@ -9,10 +9,10 @@
 
 use super::camera::{BandGroup, Camera};
 use super::crosstalk::shared_out;
-use super::fixed::FixedPictures;
 use super::mosaic::{FILTER_BANDS, Mosaic};
 use super::psf::Psf;
 use super::render::{Exposure, Sampling, render, render_over};
+use super::static_pictures::StaticPictures;
 use crate::draw::DrawKey;
 use crate::error::{Error, within};
 use crate::num::{f32_nearest, f64_from_usize};
@@ -113,26 +113,26 @@ pub fn expose<'a>(
     expose_by(scene.fixed.illuminant(), camera, &rendered).expect("rendering cannot fail")
 }
 
-/// The same of a still camera under steady light, where only what moves is rendered anew: `fixed` names the samples of the fixed scene's
-/// picture, which `pictures` keeps.
-pub fn expose_moving(
+/// [`expose`] by a still camera under steady light, where only what moves is rendered anew: `static_key` names the samples of the static
+/// scene's picture, which `pictures` keeps.
+pub fn expose_still_camera(
     scene: DynamicScene<'_>,
     camera: &Camera,
     shutter: &[Span],
     world_from_body: &(dyn Fn(f64) -> Pose + Sync),
-    (sampling, fixed): (Sampling, DrawKey),
-    pictures: &FixedPictures,
+    (sampling, static_key): (Sampling, DrawKey),
+    pictures: &StaticPictures,
 ) -> Exposure {
     let rendered = |camera: &Camera| {
-        let of_fixed = Sampling { key: fixed, ..sampling };
-        let alone = || render(scene.fixed, camera, shutter, world_from_body, of_fixed);
-        let picture = pictures.of(camera, shutter, &of_fixed, alone);
+        let of_static = Sampling { key: static_key, ..sampling };
+        let alone = || render(scene.fixed, camera, shutter, world_from_body, of_static);
+        let picture = pictures.of(camera, shutter, &of_static, alone);
         Ok(render_over(&picture, scene, camera, shutter, world_from_body, sampling))
     };
     expose_by(scene.fixed.illuminant(), camera, &rendered).expect("rendering cannot fail")
 }
 
-/// The same where the light behind an ideal lens comes from elsewhere: `ideal` is called once for each group of bands.
+/// [`expose`] where the light behind an ideal lens comes from elsewhere: `ideal` is called once for each group of bands.
 pub fn expose_by(
     illuminant: Illuminant,
     camera: &Camera,

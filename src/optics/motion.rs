@@ -47,18 +47,18 @@ impl Parabola {
 
     /// Poses at shares (0..1) of the span.
     #[inline(always)]
-    fn at(&self, share: Floats) -> Turns {
+    fn at(&self, share: Floats) -> PacketPoses {
         let of = &self.coefficients;
-        Turns(unrolled!(N in 12 => {
+        PacketPoses(unrolled!(N in 12 => {
             Floats::splat(of[N][0]) + share * (Floats::splat(of[N][1]) + share * Floats::splat(of[N][2]))
         }))
     }
 
     /// How the pose changes at a share of the span, over `spans` times the span.
     #[inline(always)]
-    fn change_at(&self, share: f32, spans: f32) -> Turn {
+    fn change_at(&self, share: f32, spans: f32) -> LanePose {
         let of = &self.coefficients;
-        Turn(unrolled!(N in 12 => (of[N][1] + (share + share) * of[N][2]) * spans))
+        LanePose(unrolled!(N in 12 => (of[N][1] + (share + share) * of[N][2]) * spans))
     }
 
     fn is_still(&self) -> bool {
@@ -77,7 +77,7 @@ pub enum PacketMotion<'a> {
 impl PacketMotion<'_> {
     /// The pose at each lane's own share (0..1) of the span.
     #[inline(always)]
-    pub fn at(&self, share: Floats) -> Turns {
+    pub fn at(&self, share: Floats) -> PacketPoses {
         match self {
             Self::Shared(parabola) => parabola.at(share),
             Self::ByLane(parabolas) => parabolas.at(share),
@@ -86,7 +86,7 @@ impl PacketMotion<'_> {
 
     /// How one lane's pose changes at its share of the span, over `spans` times the span.
     #[inline(always)]
-    pub fn change_of(&self, lane: usize, share: f32, spans: f32) -> Turn {
+    pub fn change_of(&self, lane: usize, share: f32, spans: f32) -> LanePose {
         match self {
             Self::Shared(parabola) => parabola.change_at(share, spans),
             Self::ByLane(parabolas) => parabolas.change_of(lane, share, spans),
@@ -114,36 +114,36 @@ impl Parabolas {
 
     /// The pose at each lane's own share (0..1) of the span.
     #[inline(always)]
-    pub fn at(&self, share: Floats) -> Turns {
+    pub fn at(&self, share: Floats) -> PacketPoses {
         let of = &self.coefficients;
-        Turns(unrolled!(N in 12 => of[N][0] + share * (of[N][1] + share * of[N][2])))
+        PacketPoses(unrolled!(N in 12 => of[N][0] + share * (of[N][1] + share * of[N][2])))
     }
 
     /// How one lane's pose changes at its share of the span, over `spans` times the span.
     #[inline(always)]
-    pub fn change_of(&self, lane: usize, share: f32, spans: f32) -> Turn {
+    pub fn change_of(&self, lane: usize, share: f32, spans: f32) -> LanePose {
         let mut numbers = [0.0; NUMBERS];
         for (to, [_, b, c]) in numbers.iter_mut().zip(&self.coefficients) {
             *to = (b.0[lane] + (share + share) * c.0[lane]) * spans;
         }
-        Turn(numbers)
+        LanePose(numbers)
     }
 
     /// One lane's pose at its share of the span.
-    fn turn_of(&self, lane: usize, share: f32) -> Turn {
+    fn pose_of(&self, lane: usize, share: f32) -> LanePose {
         let mut numbers = [0.0; NUMBERS];
         for (to, [a, b, c]) in numbers.iter_mut().zip(&self.coefficients) {
             *to = a.0[lane] + share * (b.0[lane] + share * c.0[lane]);
         }
-        Turn(numbers)
+        LanePose(numbers)
     }
 }
 
-/// One lane's pose, or its change.
+/// One lane's pose, or how it changes: a matrix and a translation.
 #[derive(Clone, Copy, Debug)]
-pub struct Turn([f32; NUMBERS]);
+pub struct LanePose([f32; NUMBERS]);
 
-impl Turn {
+impl LanePose {
     /// The matrix's product with a vector of the camera.
     #[inline(always)]
     pub fn turned(&self, [x, y, z]: [f32; 3]) -> [f32; 3] {
@@ -151,25 +151,25 @@ impl Turn {
         [m[0] * x + m[3] * y + m[6] * z, m[1] * x + m[4] * y + m[7] * z, m[2] * x + m[5] * y + m[8] * z]
     }
 
-    /// The translation in metres.
+    /// The translation in metres, or how it changes.
     #[inline(always)]
-    pub fn position_m(&self) -> [f32; 3] {
+    pub fn translation_m(&self) -> [f32; 3] {
         [self.0[9], self.0[10], self.0[11]]
     }
 }
 
-/// A pose, or its change, a lane.
+/// The pose of each lane of a packet.
 #[derive(Clone, Copy, Debug)]
-pub struct Turns([Floats; NUMBERS]);
+pub struct PacketPoses([Floats; NUMBERS]);
 
-impl Turns {
+impl PacketPoses {
     #[inline(always)]
-    pub fn lane(&self, lane: usize) -> Turn {
+    pub fn lane(&self, lane: usize) -> LanePose {
         let mut numbers = [0.0; NUMBERS];
         for number in 0..NUMBERS {
             numbers[number] = self.0[number].0[lane];
         }
-        Turn(numbers)
+        LanePose(numbers)
     }
 
     /// The matrix's product with vectors of the camera.
@@ -186,9 +186,9 @@ impl Turns {
         [m[0] * x + m[1] * y + m[2] * z, m[3] * x + m[4] * y + m[5] * z, m[6] * x + m[7] * y + m[8] * z]
     }
 
-    /// The translation in metres.
+    /// The translations in metres.
     #[inline(always)]
-    pub fn position_m(&self) -> Vectors {
+    pub fn translation_m(&self) -> Vectors {
         [self.0[9], self.0[10], self.0[11]]
     }
 
@@ -196,14 +196,14 @@ impl Turns {
     #[inline(always)]
     pub fn rays(&self, rays: &Packet) -> Packet {
         let turned = self.turned(rays.origin_m);
-        let origin_m = unrolled!(AXIS in 3 => self.position_m()[AXIS] + turned[AXIS]);
+        let origin_m = unrolled!(AXIS in 3 => self.translation_m()[AXIS] + turned[AXIS]);
         Packet { origin_m, direction: self.turned(rays.direction), ..*rays }
     }
 
     /// Rays of the frame that the poses lead to in that of the camera.
     #[inline(always)]
     pub fn rays_back(&self, rays: &Packet) -> Packet {
-        let from_m = unrolled!(AXIS in 3 => rays.origin_m[AXIS] - self.position_m()[AXIS]);
+        let from_m = unrolled!(AXIS in 3 => rays.origin_m[AXIS] - self.translation_m()[AXIS]);
         Packet { origin_m: self.turned_back(from_m), direction: self.turned_back(rays.direction), ..*rays }
     }
 }
@@ -259,15 +259,15 @@ impl Timeline {
     }
 
     /// The pose of one lane of the packet at a share of its exposure.
-    pub fn turn_at(&self, lane: usize, share: f32) -> Turn {
+    pub fn pose_at(&self, lane: usize, share: f32) -> LanePose {
         let pieces = f32_from_u32(u32_from(self.pieces.len()));
         // The end of the last piece is its own.
         let piece = u32_truncated_f32(share * pieces).min(u32_from(self.pieces.len() - 1));
-        self.pieces[index(piece)].turn_of(lane, share * pieces - f32_from_u32(piece))
+        self.pieces[index(piece)].pose_of(lane, share * pieces - f32_from_u32(piece))
     }
 
     /// How that pose changes there, over the whole exposure.
-    pub fn change_at(&self, lane: usize, share: f32) -> Turn {
+    pub fn change_at(&self, lane: usize, share: f32) -> LanePose {
         let pieces = f32_from_u32(u32_from(self.pieces.len()));
         let piece = u32_truncated_f32(share * pieces).min(u32_from(self.pieces.len() - 1));
         self.pieces[index(piece)].change_of(lane, share * pieces - f32_from_u32(piece), pieces)
@@ -320,8 +320,8 @@ mod tests {
             for step in 0..=20 {
                 let share = f64::from(step) / 20.0;
                 let bearing = [Floats::splat(0.6), Floats::splat(0.0), Floats::splat(0.8)];
-                let turns = parabola.at(Floats::splat(f32_nearest(share)));
-                let (origin, direction) = (turns.position_m(), turns.turned(bearing));
+                let poses = parabola.at(Floats::splat(f32_nearest(share)));
+                let (origin, direction) = (poses.translation_m(), poses.turned(bearing));
                 let exact = pose(share).direction(DVec3::new(0.6, 0.0, 0.8));
                 // Each coordinate sums two entries times 0.6 and 0.8; f32 adds some ten roundings of 2^-24.
                 let bound = 1.4 * 0.0081 * angle_rad * angle_rad * angle_rad + 10.0 * 6e-8;

@@ -68,13 +68,13 @@ impl Psf {
             // An even count for Simpson's rule.
             let steps = 2 * (STEPS_MIN + u32_truncated(STEPS_A_TURN * phase / TAU));
             let width = end / f64::from(steps);
-            let at = |step: u32| {
+            let integrand = |step: u32| {
                 let (sine, cosine) = libm::sincos(width * f64::from(step));
                 sine * sine * libm::cos(phase * (cosine - shift))
             };
             let weight = |step: u32| if step % 2 == 1 { 4.0 } else { 2.0 };
-            let inner: f64 = (1..steps).map(|step| weight(step) * at(step)).sum();
-            4.0 / PI * (width / 3.0) * (at(0) + inner + at(steps))
+            let inner: f64 = (1..steps).map(|step| weight(step) * integrand(step)).sum();
+            4.0 / PI * (width / 3.0) * (integrand(0) + inner + integrand(steps))
         };
         let rest = TAU * self.aberration_um * cycles_per_um;
         pupil * libm::exp(-0.5 * rest * rest)
@@ -102,15 +102,16 @@ impl BlurKernel {
     /// The kernel whose transform at multiples of `1 / (2 radius + 1)` cycles per pixel is this modulation.
     fn of(radius: usize, modulation: &dyn Fn(f64) -> f64) -> Self {
         let (side, count) = (2 * radius + 1, radius + 1);
-        let frequency = |at: usize| f64_from_usize(at) / f64_from_usize(side);
+        let cycles_per_px = |frequency: usize| f64_from_usize(frequency) / f64_from_usize(side);
         // A whole plane is even: each frequency but 0 counts twice.
-        let cosine = |at: usize, position: usize| {
-            let turns = frequency(at * position % side);
-            libm::cos(TAU * turns) * if at == 0 { 1.0 } else { 2.0 } / f64_from_usize(side)
+        let cosine = |frequency: usize, position: usize| {
+            let turns = cycles_per_px(frequency * position % side);
+            libm::cos(TAU * turns) * if frequency == 0 { 1.0 } else { 2.0 } / f64_from_usize(side)
         };
         let cosines: Vec<f64> = (0..count * count).map(|n| cosine(n / count, n % count)).collect();
-        let modulations: Vec<f64> =
-            (0..count * count).map(|n| modulation(libm::hypot(frequency(n % count), frequency(n / count)))).collect();
+        let modulations: Vec<f64> = (0..count * count)
+            .map(|n| modulation(libm::hypot(cycles_per_px(n % count), cycles_per_px(n / count))))
+            .collect();
         let mut by_row = vec![0.0; count * count];
         for (n, value) in by_row.iter_mut().enumerate() {
             let (fy, x) = (n / count, n % count);
@@ -142,7 +143,7 @@ impl BlurKernel {
 
     fn sum_of(&self, part: &dyn Fn(f64) -> f64) -> f64 {
         let count = self.radius + 1;
-        let twice = |at: usize| if at == 0 { 1.0 } else { 2.0 };
+        let twice = |offset: usize| if offset == 0 { 1.0 } else { 2.0 };
         self.quadrant.iter().enumerate().map(|(n, value)| part(*value) * twice(n / count) * twice(n % count)).sum()
     }
 
@@ -214,11 +215,11 @@ impl BlurKernel {
     }
 }
 
-/// An index into a row of values that continues as its mirror image: `at` is the index plus `length` times `reach`.
-fn mirrored(at: usize, length: usize, reach: usize) -> usize {
+/// An index into a row of values that continues as its mirror image: `shifted` is the index plus `length` times `reach`.
+fn mirrored(shifted: usize, length: usize, reach: usize) -> usize {
     // Whole periods of two lengths lie before the first value, or one length less.
-    let at = (at + length * (reach % 2)) % (2 * length);
-    if at < length { at } else { 2 * length - 1 - at }
+    let in_period = (shifted + length * (reach % 2)) % (2 * length);
+    if in_period < length { in_period } else { 2 * length - 1 - in_period }
 }
 
 #[cfg(test)]
@@ -232,7 +233,7 @@ mod tests {
 
     /// Transform of a kernel along a row.
     fn transform(kernel: &BlurKernel, cycles_per_px: f64) -> f64 {
-        let twice = |at: usize| if at == 0 { 1.0 } else { 2.0 };
+        let twice = |offset: usize| if offset == 0 { 1.0 } else { 2.0 };
         let mut sum = 0.0;
         for y in 0..=kernel.radius() {
             for x in 0..=kernel.radius() {

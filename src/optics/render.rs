@@ -8,6 +8,11 @@
 //!    until each pixel is below it.
 //! 4. `replicate`: sample a few pixels again with other samples, to state the error.
 //!
+//! A pixel on an edge gets the two or four samples of the first batch as all others do. They contrast with those of its neighbours, and the
+//! bound on edges that samples missed grows with that contrast. So its estimated variance is high, and one more ray there gains more than
+//! elsewhere. `refine_pixel` then replaces them by 16 samples along the motion of the nearest surface, and doubles these until the gain of
+//! one more is below the level of all pixels, or `run.samples_max` is reached. Formulas, errors and costs: docs/sampling.md.
+//!
 //! Under these lie the sample points (`draw/sobol`, `shear`), the rays (`rays`, `reflect`, `shadows`, `objects`, `among`) and texture
 //! footprints (`scene/texture/footprint`). `frame` has what all steps share.
 
@@ -65,10 +70,10 @@ pub fn render<'a>(
     rendered(&FrameRender::new(view, scene.objects, shutter, world_from_body, sampling))
 }
 
-/// Renders one exposure of a still camera under steady light over a picture of the fixed scene alone: only tiles in which an object may be
+/// Renders one exposure of a still camera under steady light over a picture of the static scene alone: only tiles in which an object may be
 /// seen are rendered, until the whole picture meets the target.
 pub fn render_over(
-    fixed: &Exposure,
+    static_picture: &Exposure,
     scene: DynamicScene<'_>,
     camera: &Camera,
     shutter: &[Span],
@@ -79,29 +84,29 @@ pub fn render_over(
     let mut frame = FrameRender::new(view, scene.objects, shutter, world_from_body, sampling);
     frame.kept = Some(Kept {
         tiles: among::tiles_in_view(&frame.objects, &view, &frame.timelines),
-        photons: &fixed.photons,
-        variance_ratio: fixed.render_variance_ratio / sampling.electrons_per_photon,
+        photons: &static_picture.photons,
+        variance_ratio: static_picture.render_variance_ratio / sampling.electrons_per_photon,
     });
     let mut exposure = rendered(&frame);
     let (mut anew, mut kept) = (0_u32, 0_u32);
-    let pairs = exposure.photons.values_mut().iter_mut().zip(fixed.photons.values());
-    for (at, (photons, of_fixed)) in pairs.enumerate() {
-        if frame.is_rendered(at) {
+    let pairs = exposure.photons.values_mut().iter_mut().zip(static_picture.photons.values());
+    for (pixel, (photons, of_static)) in pairs.enumerate() {
+        if frame.is_rendered(pixel) {
             anew += 1;
         } else {
-            *photons = *of_fixed;
+            *photons = *of_static;
             kept += 1;
         }
     }
     // Each states the mean over its own pixels.
     let share = f64::from(anew) / f64::from(anew + kept);
-    let ratios = [exposure.render_variance_ratio, fixed.render_variance_ratio];
+    let ratios = [exposure.render_variance_ratio, static_picture.render_variance_ratio];
     exposure.render_variance_ratio = match (anew, kept) {
         (0, _) => ratios[1],
         (_, 0) => ratios[0],
         _ => share * ratios[0] + (1.0 - share) * ratios[1],
     };
-    exposure.rays += fixed.rays;
+    exposure.rays += static_picture.rays;
     exposure
 }
 
@@ -119,11 +124,11 @@ fn evenly(frame: &FrameRender) -> Exposure {
     }
     let first_batches = frame.render_first_batch(samples);
     let own: Vec<FirstBatch> =
-        (0..first_batches.len()).filter(|&at| frame.is_rendered(at)).map(|at| first_batches[at]).collect();
+        (0..first_batches.len()).filter(|&pixel| frame.is_rendered(pixel)).map(|pixel| first_batches[pixel]).collect();
     let rays = u64::from(samples) * u64_from(own.len());
     let ratio = first_batch::variance_ratio(&own, samples, sampling.saturation_photons);
     Exposure {
-        photons: plane(camera, first_batches.iter().map(|pixel| pixel.photons)),
+        photons: plane(camera, first_batches.iter().map(|first_batch| first_batch.photons)),
         render_variance_ratio: if samples > 1 { ratio * sampling.electrons_per_photon } else { f64::INFINITY },
         rays,
     }
@@ -138,13 +143,13 @@ fn stratified_by_pixel(frame: &FrameRender, samples: u32) -> Exposure {
     let Sampling { saturation_photons, .. } = frame.sampling;
     let first_batches = frame.render_first_batch(1);
     let rule = StoppingRule { samples, least_gain: None, saturation_photons, share: Some(frame::share(samples)) };
-    let begun = |at: usize| PixelSamples { at, ..PixelSamples::default() };
-    let mut refined: Vec<_> = (0..first_batches.len()).filter(|&at| frame.is_rendered(at)).map(begun).collect();
+    let begun = |pixel: usize| PixelSamples { pixel, ..PixelSamples::default() };
+    let mut refined: Vec<_> = (0..first_batches.len()).filter(|&pixel| frame.is_rendered(pixel)).map(begun).collect();
     frame.refine(&mut refined, &first_batches, &rule);
     let width = frame.width();
     let mut estimates =
-        allocation::first_estimates(&first_batches, width, 1, saturation_photons, |at| frame.is_rendered(at));
-    refined.iter().for_each(|pixel_samples| estimates[pixel_samples.at] = pixel_samples.estimate(1));
+        allocation::first_estimates(&first_batches, width, 1, saturation_photons, |pixel| frame.is_rendered(pixel));
+    refined.iter().for_each(|pixel_samples| estimates[pixel_samples.pixel] = pixel_samples.estimate(1));
     with_stated_error(frame, estimates, &first_batches, 1, &rule)
 }
 
@@ -157,8 +162,8 @@ fn to_target(frame: &FrameRender) -> Exposure {
     let width = index(frame.view.camera.size.width_px);
     let first_batches = frame.render_first_batch(first_batch_samples);
     let mut estimates =
-        allocation::first_estimates(&first_batches, width, first_batch_samples, saturation_photons, |at| {
-            frame.is_rendered(at)
+        allocation::first_estimates(&first_batches, width, first_batch_samples, saturation_photons, |pixel| {
+            frame.is_rendered(pixel)
         });
     let spare = spare(frame, target);
     let mut rule = StoppingRule { samples: samples_max, least_gain: None, saturation_photons, share: None };
@@ -169,20 +174,20 @@ fn to_target(frame: &FrameRender) -> Exposure {
         }
         let Some(least) = allocation::least_gain(&estimates, target, spare, saturation_photons) else { break };
         rule.least_gain = Some(least);
-        for (at, estimate) in estimates.iter_mut().enumerate() {
+        for (pixel, estimate) in estimates.iter_mut().enumerate() {
             let is_first = estimate.stage != Stage::Refined;
-            let may_count = is_first && frame.is_rendered(at) && estimate.may_count(saturation_photons);
+            let may_count = is_first && frame.is_rendered(pixel) && estimate.may_count(saturation_photons);
             if may_count && estimate.marginal_gain() >= least {
                 estimate.stage = Stage::Refined;
-                refined.push(PixelSamples { at, ..PixelSamples::default() });
+                refined.push(PixelSamples { pixel, ..PixelSamples::default() });
             }
         }
         frame.refine(&mut refined, &first_batches, &rule);
         let mut grown = false;
         for pixel_samples in &refined {
             let estimate = pixel_samples.estimate(first_batch_samples);
-            grown |= estimate.samples != estimates[pixel_samples.at].samples;
-            estimates[pixel_samples.at] = estimate;
+            grown |= estimate.samples != estimates[pixel_samples.pixel].samples;
+            estimates[pixel_samples.pixel] = estimate;
         }
         if !grown {
             break;
@@ -194,8 +199,8 @@ fn to_target(frame: &FrameRender) -> Exposure {
 /// Variance over photons that kept pixels leave to the others, in all: what they have less than the target.
 fn spare(frame: &FrameRender, target: f64) -> f64 {
     let Some(kept) = &frame.kept else { return 0.0 };
-    let counts = |&(at, &photons): &(usize, &f32)| {
-        !frame.is_rendered(at) && photons > 0.0 && photons < frame.sampling.saturation_photons
+    let counts = |&(pixel, &photons): &(usize, &f32)| {
+        !frame.is_rendered(pixel) && photons > 0.0 && photons < frame.sampling.saturation_photons
     };
     let count = kept.photons.values().iter().enumerate().filter(counts).count();
     greater(target - kept.variance_ratio, 0.0) * f64_from_usize(count)

@@ -77,6 +77,10 @@ impl Effect for Blooming {
         Identity { name: "blooming", number: EffectNumber(113), domain: Domain::ArrayElectrons }
     }
 
+    fn spills(&self) -> bool {
+        true
+    }
+
     /// Where no pixel of the frame is over the well but by chance, by the Chernoff bound of `FullWell`: the excess of the pixel and
     /// what may reach it of others. Else any pixel may be filled to the well by bright neighbours, and it stays.
     fn omission(&self, facts: &Facts) -> Option<Omission> {

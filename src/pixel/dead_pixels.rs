@@ -45,7 +45,7 @@ impl Effect for DeadPixels {
     }
 
     fn apply(&self, row: &mut RowPass<'_>) {
-        let sites = self.defects.sites(Die::of(row), row.address.row, row.uniforms);
+        let sites = self.defects.sites(Die::of(row), row.row_id.row, row.uniforms);
         row.only(sites.len());
         for site in sites.iter() {
             row.values[site.column] = 0.0;

@@ -1,6 +1,6 @@
 //! Properties of one die: the keys of its rows, its deviations from the mean of all dies, and the quantiles that its patterns share.
 
-use crate::draw::{DrawKey, EffectNumber, RowAddress, normal_quantile, uniform_at};
+use crate::draw::{DrawKey, EffectNumber, RowId, normal_quantile, uniform_at};
 use crate::effect::RowPass;
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
 
@@ -19,13 +19,13 @@ pub(super) struct Die {
 
 impl Die {
     pub(super) fn of(row: &RowPass<'_>) -> Self {
-        Self { seed: row.die_seed, camera: row.address.camera }
+        Self { seed: row.die_seed, camera: row.row_id.camera }
     }
 
     /// Key of an effect's pattern in a row, equal in all frames.
     pub(super) fn key(self, effect: EffectNumber, row: RowIndex) -> DrawKey {
-        let address = RowAddress { seed: self.seed, camera: self.camera, frame: FrameIndex(0), slot: 0, row };
-        DrawKey::of_row(effect, address)
+        let row_id = RowId { seed: self.seed, camera: self.camera, frame: FrameIndex(0), slot: 0, row };
+        DrawKey::of_row(effect, row_id)
     }
 
     /// How many sigma this die lies from the mean of all dies, in the property that this number names.

@@ -13,17 +13,17 @@ use super::sample_noise::{SampleNoise, SampleSigmas, SampleTiming};
 use crate::effect::Effect;
 
 /// 1/f noise of the source follower; `None` where it is silent.
-pub fn flicker_noise(params: &PixelParams, sampling: SampleTiming) -> Option<Box<dyn Effect>> {
-    let sigma_uv = flicker_variance_uv2(params, sampling).sqrt();
-    SampleNoise::boxed("flicker_noise", 111, SampleSigmas::of_difference(sigma_uv, sampling.samples))
+pub fn flicker_noise(params: &PixelParams, timing: SampleTiming) -> Option<Box<dyn Effect>> {
+    let sigma_uv = flicker_variance_uv2(params, timing).sqrt();
+    SampleNoise::boxed("flicker_noise", 111, SampleSigmas::of_difference(sigma_uv, timing.samples))
 }
 
 /// Variance of what is converted in uV^2: of the difference where both samples are taken.
-pub fn flicker_variance_uv2(params: &PixelParams, sampling: SampleTiming) -> f64 {
+pub fn flicker_variance_uv2(params: &PixelParams, timing: SampleTiming) -> f64 {
     let density_uv2 = params.flicker_uv_per_rthz * params.flicker_uv_per_rthz;
     let bandwidth_hz = params.follower_bandwidth_hz;
-    if sampling.samples.is_double() {
-        2.0 * density_uv2 * transfer(2.0 * std::f64::consts::PI * bandwidth_hz * sampling.interval_s)
+    if timing.samples.is_double() {
+        2.0 * density_uv2 * transfer(2.0 * std::f64::consts::PI * bandwidth_hz * timing.interval_s)
     } else {
         0.5 * density_uv2 * libm::log1p(bandwidth_hz * bandwidth_hz)
     }

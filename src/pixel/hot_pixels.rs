@@ -68,7 +68,7 @@ impl Effect for HotPixels {
 
     fn apply(&self, row: &mut RowPass<'_>) {
         let die = Die::of(row);
-        let sites = self.defects.sites(die, row.address.row, row.uniforms);
+        let sites = self.defects.sites(die, row.row_id.row, row.uniforms);
         row.only(sites.len());
         if sites.is_empty() {
             return;

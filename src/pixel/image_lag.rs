@@ -10,7 +10,7 @@
 use super::params::PixelParams;
 use super::row::add_scaled;
 use super::thinning::binomial;
-use crate::draw::{DrawKey, EffectNumber, RowAddress, fill_uniforms};
+use crate::draw::{DrawKey, EffectNumber, RowId, fill_uniforms};
 use crate::effect::{ArrayPass, Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::{f32_nearest, lesser, u32_from};
@@ -74,8 +74,8 @@ impl Effect for ImageLag {
             if let Some(before_e) = array.before_e {
                 add_scaled(row_e, before_e.row(y), 1.0);
             }
-            let address = RowAddress { row: RowIndex(u32_from(y)), ..array.address };
-            fill_uniforms(DrawKey::of_row(Self::NUMBER, address), &mut uniforms);
+            let row_id = RowId { row: RowIndex(u32_from(y)), ..array.row_id };
+            fill_uniforms(DrawKey::of_row(Self::NUMBER, row_id), &mut uniforms);
             binomial(row_e, self.share, &uniforms, left_e.row_mut(y));
             add_scaled(row_e, left_e.row(y), -1.0);
         }

@@ -48,19 +48,19 @@ impl RtsNoise {
     const NUMBER: EffectNumber = EffectNumber(110);
 
     /// `None` where no trap affects the samples.
-    pub fn from_params(params: &PixelParams, sampling: SampleTiming) -> Option<Box<dyn Effect>> {
+    pub fn from_params(params: &PixelParams, timing: SampleTiming) -> Option<Box<dyn Effect>> {
         let effect = Self {
             trap_below: u64_half_even(1e-6 * params.rts_ppm * TWO_TO_32),
             amplitude_uv: params.rts_amplitude_uv,
-            samples: sampling.samples,
-            correlation: libm::exp(-2.0 * params.rts_rate_hz * sampling.interval_s),
+            samples: timing.samples,
+            correlation: libm::exp(-2.0 * params.rts_rate_hz * timing.interval_s),
             traps: RowMemory::default(),
         };
         (params.rts_ppm > 0.0 && params.rts_amplitude_uv > 0.0).then(|| Box::new(effect) as Box<dyn Effect>)
     }
 
     fn traps(&self, row: &mut RowPass<'_>) -> Cow<'_, [Trap]> {
-        let key = Die::of(row).key(Self::NUMBER, row.address.row);
+        let key = Die::of(row).key(Self::NUMBER, row.row_id.row);
         let uniforms = &mut *row.uniforms;
         self.traps.row(key, uniforms.len(), || {
             fill_uniforms(key.with(PIXELS), uniforms);

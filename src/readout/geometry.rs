@@ -1,7 +1,7 @@
 //! Which pixels of the array become which pixels of the picture. Computes the output size, and the array rows and columns behind every
 //! output row and column.
 //!
-//! Rows are read from top to bottom. A binned picture takes pixels of one position in the colour mosaic: with a period of p and a
+//! Rows are read from top to bottom. A binned picture takes pixels of one mosaic phase: with a period of p and a
 //! binning of n, output row `R = b p + q` is made of the array rows `b n p + q + k p`, k = 0 to n - 1.
 
 use super::params::ReadoutParams;

@@ -139,7 +139,7 @@ pub struct ReadoutParams {
     pub binning: u32,
     /// How they become one.
     pub binning_mode: BinningMode,
-    /// Side of the colour mosaic's period in pixels, 1 (monochrome) to 4: only pixels of one position in the mosaic are binned.
+    /// Side of the colour mosaic's period in pixels, 1 (monochrome) to 4: only pixels of one mosaic phase are binned.
     pub mosaic_px: u32,
     /// Exposures of a frame.
     pub hdr: Hdr,

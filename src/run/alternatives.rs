@@ -3,7 +3,7 @@
 use super::estimate::ESTIMATED_LEVEL;
 use super::packet_demand::packet_demand_s;
 use super::sensor::SensorSetup;
-use crate::energy::{Design, EnergyAccount, Rail, SensorPower};
+use crate::energy::{EnergyAccount, PoweredSensor, Rail, SensorPower};
 use crate::error::Error;
 use crate::events::{Block, Event, Events};
 use crate::link::{LinkParams, Mode};
@@ -61,8 +61,8 @@ impl SensorSetup {
         let readout = self.schedule.params();
         let packet_s = packet_demand_s(&link, self.size, self.bits(), readout)?;
         let schedule = Schedule::new(self.array, readout, &self.parameters.adc, packet_s)?;
-        let design = Design { link, has_extractor: mode.sends_features(), ..self.power.design.clone() };
-        let power = SensorPower::new(design, self.power.technology.clone());
+        let powered = PoweredSensor { link, has_extractor: mode.sends_features(), ..self.power.sensor.clone() };
+        let power = SensorPower::new(powered, self.power.technology.clone());
         let sensor = Self { link, schedule, power, ..self.clone() };
         if mode.sends_features() {
             sensor.check_frame(features)?;

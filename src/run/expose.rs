@@ -1,6 +1,6 @@
 //! What a camera of a run sees in a frame: photons of each exposure, rendered or from a store.
 
-use super::render_inputs::{ExposureId, RenderInputs};
+use super::render_inputs::{ExposureId, PictureId, RenderInputs};
 use super::row_times::spans;
 use super::setup::Setup;
 use crate::error::Error;
@@ -18,13 +18,13 @@ impl Setup {
     ) -> Result<Vec<Exposure>, Error> {
         (0..schedule.slots().len())
             .map(|slot| {
-                let exposure_id = ExposureId { camera, frame, slot };
+                let exposure_id = ExposureId { picture: PictureId { frame, camera }, slot };
                 self.exposure_of(exposure_id, &self.windows[camera], schedule)
             })
             .collect()
     }
 
-    /// The same of one slot, by a camera in that position of the rig.
+    /// The same of one slot, by the rig's camera of that index.
     pub(super) fn exposure_of(
         &self,
         exposure_id: ExposureId,
@@ -50,8 +50,9 @@ impl Setup {
         schedule: &Schedule,
         ask: impl FnOnce(&RenderInputs<'_>) -> T,
     ) -> T {
-        let rows = spans(schedule, |row| schedule.row_exposure_clk(exposure_id.frame, exposure_id.slot, row));
+        let ExposureId { picture, slot } = exposure_id;
+        let row_exposures = spans(schedule, |row| schedule.row_exposure_clk(picture.frame, slot, row));
         let (world, motion, settings) = (&self.world, &self.motion, self.fidelity.render);
-        ask(&RenderInputs { world, camera, motion, rows: &rows, exposure_id, settings })
+        ask(&RenderInputs { world, camera, motion, row_exposures: &row_exposures, exposure_id, settings })
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 
 use super::assets::Assets;
-use super::light::found_scene;
+use super::light::read_scene;
 use crate::config::Resolved;
 use crate::error::Error;
 
@@ -45,7 +45,7 @@ pub fn inputs_hash(resolved: &Resolved, assets: &dyn Assets) -> Result<String, E
                 }
             }
         }
-        None => found_scene(scenario, &recorder).map_err(located)?,
+        None => read_scene(scenario, &recorder).map_err(located)?,
     }
     let mut hasher = blake3::Hasher::new();
     for (name, hash) in recorder.read.into_inner().expect("no thread panics while it holds a hash") {

@@ -11,7 +11,7 @@ use crate::scene::surroundings::PANEL;
 use crate::scene::{Bake, BakeCost, BakeSettings, Environment, LitScene, Scene, generated, target};
 
 /// A scene with what lights it.
-enum Found {
+enum LoadedScene {
     /// Lit evenly: nothing is baked.
     Target(Box<LitScene>),
     /// Before its bake.
@@ -28,16 +28,16 @@ pub fn lit_scene(
 ) -> Result<LitScene, Error> {
     let (illuminant, lux) = scenario.light()?;
     let (level, limits, flicker) = (scenario.light_level()?, scenario.bake_limits()?, scenario.flicker()?);
-    let scene = match found(scenario, assets)? {
-        Found::Target(lit) => {
+    let scene = match load_scene(scenario, assets)? {
+        LoadedScene::Target(lit) => {
             return Ok(match flicker {
                 Some(flicker) => lit.all_flickering(flicker),
                 None => *lit,
             });
         }
-        Found::Scene(scene) => *scene,
+        LoadedScene::Scene(scene) => *scene,
     };
-    let bake = baked(&scene, limits, assets, progress)?;
+    let bake = bake_or_load(&scene, limits, assets, progress)?;
     let lit = match level {
         LightLevel::Scaled => scene.lit(&bake, start_m, lux, illuminant)?,
         LightLevel::Absolute => scene.lit_absolutely(&bake, start_m, illuminant)?,
@@ -53,25 +53,25 @@ pub fn lit_scene(
 pub fn check_scene(scenario: &Scenario, assets: &dyn Assets) -> Result<(), Error> {
     let limits = scenario.bake_limits()?;
     scenario.traces_shadows()?;
-    match found(scenario, assets)? {
-        Found::Scene(scene) => {
+    match load_scene(scenario, assets)? {
+        LoadedScene::Scene(scene) => {
             let settings = settings(&scene, limits);
-            match kept(scene.bake_key(&settings), assets) {
+            match stored_bake(scene.bake_key(&settings), assets) {
                 Some(_) => Ok(()),
                 None => limits.check(BakeCost::of(&scene, &settings)),
             }
         }
-        Found::Target(_) => Ok(()),
+        LoadedScene::Target(_) => Ok(()),
     }
 }
 
 /// Reads the scene that the scenario names and lights nothing.
-pub fn found_scene(scenario: &Scenario, assets: &dyn Assets) -> Result<(), Error> {
-    found(scenario, assets).map(|_| ())
+pub fn read_scene(scenario: &Scenario, assets: &dyn Assets) -> Result<(), Error> {
+    load_scene(scenario, assets).map(|_| ())
 }
 
 /// The scene that the scenario names, with its lamps.
-fn found(scenario: &Scenario, assets: &dyn Assets) -> Result<Found, Error> {
+fn load_scene(scenario: &Scenario, assets: &dyn Assets) -> Result<LoadedScene, Error> {
     let (illuminant, lux) = scenario.light()?;
     scenario.light_level()?;
     let flicker = scenario.flicker()?;
@@ -79,7 +79,7 @@ fn found(scenario: &Scenario, assets: &dyn Assets) -> Result<Found, Error> {
     // Also where the scene has no use for them: a value that is written is a value that holds.
     section.surroundings.check()?;
     within("scene.reflectance", section.reflectance, 0.0..=1.0, "0 to 1")?;
-    let beyond = beyond(scenario, assets)?;
+    let environment = environment_of(scenario, assets)?;
     section.check_target_keys()?;
     let scene = match (&section.file, &section.generator, &section.target) {
         (Some(file), None, None) => {
@@ -89,19 +89,19 @@ fn found(scenario: &Scenario, assets: &dyn Assets) -> Result<Found, Error> {
         }
         (None, Some(generator), None) => generated::scene(generator, &section.surroundings, &|name| assets.read(name))?,
         (None, None, Some(target)) => {
-            return Ok(Found::Target(Box::new(
-                target::named(target, &section.target_wish())?.evenly_lit(lux, illuminant),
+            return Ok(LoadedScene::Target(Box::new(
+                target::named(target, &section.target_request())?.evenly_lit(lux, illuminant),
             )));
         }
         _ => return Err(not_one_scene(section)),
     };
-    let scene = match beyond {
+    let scene = match environment {
         Some(environment) => scene.with_environment(environment),
         None => scene,
     };
-    flickering(scene, section, flicker.is_some())?
+    mark_flickering(scene, section, flicker.is_some())?
         .with_lamps(&section.lamp, illuminant)
-        .map(|scene| Found::Scene(Box::new(scene)))
+        .map(|scene| LoadedScene::Scene(Box::new(scene)))
 }
 
 #[cfg(feature = "gltf")]
@@ -121,7 +121,7 @@ fn from_file(file: &str, _: &[u8], _: &crate::config::scenario::Scene, _: &dyn A
 }
 
 /// Light from beyond all surfaces: of a picture or of sun and sky, if either is asked for.
-fn beyond(scenario: &Scenario, assets: &dyn Assets) -> Result<Option<Environment>, Error> {
+fn environment_of(scenario: &Scenario, assets: &dyn Assets) -> Result<Option<Environment>, Error> {
     let section = &scenario.scene;
     let yaw_deg = within("scene.environment_yaw_deg", section.environment_yaw_deg, -360.0..=360.0, "-360 to 360")?;
     let sky = scenario.sky()?;
@@ -155,7 +155,7 @@ fn picture(file: &str, _: &[u8], _: f64) -> Result<Environment, Error> {
 }
 
 /// Marks what flickers, before lamps are added.
-fn flickering(scene: Scene, section: &crate::config::scenario::Scene, flickers: bool) -> Result<Scene, Error> {
+fn mark_flickering(scene: Scene, section: &crate::config::scenario::Scene, flickers: bool) -> Result<Scene, Error> {
     if !flickers {
         return Ok(scene);
     }
@@ -196,16 +196,22 @@ fn settings(scene: &Scene, limits: BakeLimits) -> BakeSettings {
 }
 
 /// The light of a key, where it was baked before.
-fn kept(key: [u8; 32], assets: &dyn Assets) -> Option<Bake> {
+fn stored_bake(key: [u8; 32], assets: &dyn Assets) -> Option<Bake> {
     let name = blake3::Hash::from_bytes(key).to_hex().to_string();
     let stored = assets.load(&name).and_then(|bytes| Bake::from_bytes(&name, &bytes).ok());
     stored.filter(|bake| bake.key() == key)
 }
 
-fn baked(scene: &Scene, limits: BakeLimits, assets: &dyn Assets, progress: &dyn Progress) -> Result<Bake, Error> {
+/// The scene's light: from the store if it is there, else baked and stored.
+fn bake_or_load(
+    scene: &Scene,
+    limits: BakeLimits,
+    assets: &dyn Assets,
+    progress: &dyn Progress,
+) -> Result<Bake, Error> {
     let settings = settings(scene, limits);
     let key = scene.bake_key(&settings);
-    if let Some(bake) = kept(key, assets) {
+    if let Some(bake) = stored_bake(key, assets) {
         return Ok(bake);
     }
     limits.check(BakeCost::of(scene, &settings))?;

@@ -108,7 +108,7 @@ pub fn lit_objects(
     check_count(count, " with the parts that animations move")?;
     if count > 0 {
         notes.push(
-            match fixed.shadows() {
+            match fixed.traced_shadows() {
                 Some(_) => "moving objects shade what stands, themselves and each other, and send it no light back",
                 None => "moving objects shade only themselves and each other, and send no light back",
             }

@@ -1,7 +1,7 @@
 //! Mean photons that are kept from run to run, under a key of exactly what reaches them.
 //!
 //! The key takes values, not keys of the configuration: the scene under its light, the camera, the body's path during the exposure, the
-//! window of each row, the render's settings, and the sources of the code. So two designs that differ behind the lens have the same keys.
+//! exposure of each row, the render's settings, and the sources of the code. So two designs that differ behind the lens have the same keys.
 
 use std::sync::Arc;
 
@@ -36,8 +36,8 @@ impl RenderInputs<'_> {
         self.camera.hash_into(&mut hasher);
         self.hash_exposure_id(&mut hasher);
         hash_settings(&self.settings, &mut hasher);
-        hasher.update(&u64_from(self.rows.len()).to_le_bytes());
-        for row in self.rows {
+        hasher.update(&u64_from(self.row_exposures.len()).to_le_bytes());
+        for row in self.row_exposures {
             hasher.update(&row.start_s.to_le_bytes());
             hasher.update(&row.end_s.to_le_bytes());
         }
@@ -47,8 +47,8 @@ impl RenderInputs<'_> {
 
     fn hash_exposure_id(&self, hasher: &mut blake3::Hasher) {
         // Samples are named by camera, frame and slot; those of a still picture by frame 0.
-        let frame = if self.world.is_still(self.motion) { FrameIndex(0) } else { self.exposure_id.frame };
-        hasher.update(&u64_from(self.exposure_id.camera).to_le_bytes());
+        let frame = if self.world.is_still(self.motion) { FrameIndex(0) } else { self.exposure_id.picture.frame };
+        hasher.update(&u64_from(self.exposure_id.picture.camera).to_le_bytes());
         hasher.update(&frame.0.to_le_bytes());
         hasher.update(&u64_from(self.exposure_id.slot).to_le_bytes());
     }
@@ -57,7 +57,7 @@ impl RenderInputs<'_> {
     /// after reaches no photon of this exposure.
     fn hash_path(&self, objects: &[MovingObject], hasher: &mut blake3::Hasher) {
         let none = Span { start_s: f64::INFINITY, end_s: f64::NEG_INFINITY };
-        let whole = self.rows.iter().fold(none, |all, row| Span {
+        let whole = self.row_exposures.iter().fold(none, |all, row| Span {
             start_s: lesser(all.start_s, row.start_s),
             end_s: greater(all.end_s, row.end_s),
         });

@@ -64,10 +64,10 @@ impl SensorSetup {
     }
 
     fn span(&self, account: &EnergyAccount, phases: &[Phase], (from_us, to_us): (f64, f64), line_us: f64) -> PowerSpan {
-        let design = &self.power.design;
-        let conversion_us = 1e6 * design.conversion_s;
-        let lines = f64_from_u64(design.active_lines.max(1));
-        let idle_bias = design.params.idle_bias;
+        let powered = &self.power.sensor;
+        let conversion_us = 1e6 * powered.conversion_s;
+        let lines = f64_from_u64(powered.active_lines.max(1));
+        let idle_bias = powered.params.idle_bias;
         let length_us = to_us - from_us;
         let power_mw = |part: &crate::energy::Contribution| {
             // Attojoules a microsecond are 1e-9 mW.

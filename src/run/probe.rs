@@ -3,6 +3,7 @@
 
 use super::extractor::extract_one;
 use super::render_inputs::ExposureId;
+pub use super::render_inputs::PictureId;
 use super::row_times::{merge_planes, row_times};
 use super::setup::Setup;
 use crate::compute::{Extractor, Feature};
@@ -14,15 +15,6 @@ use crate::optics::Exposure;
 use crate::plane::Plane;
 use crate::readout::Schedule;
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
-
-/// Which picture of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PictureId {
-    /// Frame of the run.
-    pub frame: FrameIndex,
-    /// Camera of the rig, by its index.
-    pub camera: usize,
-}
 
 /// What a sensor makes of a picture.
 pub struct Sensed {
@@ -42,8 +34,8 @@ impl Setup {
     pub fn photon_keys(&self, picture: PictureId) -> Vec<Option<String>> {
         let schedule = self.schedule_at(picture);
         let of = |slot| {
-            let exposed = ExposureId { camera: picture.camera, frame: picture.frame, slot };
-            self.with_inputs(exposed, &self.windows[picture.camera], &schedule, |inputs| inputs.photon_key())
+            let exposure_id = ExposureId { picture, slot };
+            self.with_inputs(exposure_id, &self.windows[picture.camera], &schedule, |inputs| inputs.photon_key())
         };
         (0..schedule.slots().len()).map(of).collect()
     }

@@ -1,4 +1,4 @@
-//! The render of one exposure, from what reaches it and nothing else: world, camera, motion, exposure windows, render settings.
+//! The render of one exposure, from what reaches it and nothing else: world, camera, motion, row exposures, render settings.
 
 use crate::draw::DrawKey;
 use crate::error::Error;
@@ -22,20 +22,27 @@ pub struct RenderInputs<'a> {
     /// How the body moves.
     pub motion: &'a Motion,
     /// When each row gathers light, in the run's time.
-    pub rows: &'a [Span],
+    pub row_exposures: &'a [Span],
     /// Which exposure of the run.
     pub exposure_id: ExposureId,
-    /// Keys of the render.
+    /// Settings of the render.
     pub settings: RenderSettings,
 }
 
-/// Names the samples of an exposure.
+/// Which picture of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ExposureId {
-    /// Camera of the rig.
-    pub camera: usize,
+pub struct PictureId {
     /// Frame of the run.
     pub frame: FrameIndex,
+    /// Camera of the rig, by its index.
+    pub camera: usize,
+}
+
+/// Which exposure of a picture: names the samples of its rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ExposureId {
+    /// The picture that it belongs to.
+    pub picture: PictureId,
     /// Exposure of the frame.
     pub slot: usize,
 }
@@ -59,8 +66,8 @@ impl RenderInputs<'_> {
             key: self.key(),
         };
         let of_still = self.world.has_still_view(self.motion).then(|| self.key_of(FrameIndex(0)));
-        let camera = (self.exposure_id.camera, self.camera);
-        let mut exposure = self.world.render(camera, self.rows, &pose, sampling, of_still)?;
+        let camera = (self.exposure_id.picture.camera, self.camera);
+        let mut exposure = self.world.render(camera, self.row_exposures, &pose, sampling, of_still)?;
         if let Some(rounding) = Rounding::new(settings.rounding_sigma) {
             rounding.round(&mut exposure, settings.quantum_efficiency);
         }
@@ -69,12 +76,13 @@ impl RenderInputs<'_> {
 
     fn key(&self) -> DrawKey {
         // Nothing distinguishes the frames of a still picture, so its samples are those of frame 0 at every time.
-        self.key_of(if self.world.is_still(self.motion) { FrameIndex(0) } else { self.exposure_id.frame })
+        self.key_of(if self.world.is_still(self.motion) { FrameIndex(0) } else { self.exposure_id.picture.frame })
     }
 
     fn key_of(&self, named: FrameIndex) -> DrawKey {
-        let ExposureId { camera, slot, .. } = self.exposure_id;
-        let key = DrawKey::root(self.settings.seed).with(RENDER_NUMBER).with(u64_from(camera)).with(named.0.into());
+        let ExposureId { picture, slot } = self.exposure_id;
+        let key = DrawKey::root(self.settings.seed).with(RENDER_NUMBER);
+        let key = key.with(u64_from(picture.camera)).with(named.0.into());
         repeated(if slot == 0 { key } else { key.with(u64_from(slot)) }, self.settings.repeat)
     }
 }

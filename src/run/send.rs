@@ -5,7 +5,7 @@ use super::sensor::SensorSetup;
 use super::state::Session;
 use super::waterfall::PacketTime;
 use crate::compute::{Extracted, Overflow};
-use crate::draw::RowAddress;
+use crate::draw::RowId;
 use crate::error::Error;
 use crate::link::{self, FrameMetadata, FrameOut};
 use crate::num::{f64_from_u64, index, low_u8, low_u32, u32_from, u64_from, u64_half_even};
@@ -133,8 +133,8 @@ impl Session {
             totals.traffic.add(&sensor.link.traffic_of(&packets, sensor.size, out.bits)?);
             totals.frames_with_rows += u64::from(rows_in(&packets) > 0);
             let (seed, camera) = (self.setup.resolved.scenario.seed, CameraIndex(u32_from(camera)));
-            let address = RowAddress { seed, camera, frame, slot: 0, row: RowIndex(0) };
-            totals.bits_flipped += link::flip_bits(&mut bytes, sensor.bit_error_rate, address);
+            let row_id = RowId { seed, camera, frame, slot: 0, row: RowIndex(0) };
+            totals.bits_flipped += link::flip_bits(&mut bytes, sensor.bit_error_rate, row_id);
             arrived.push((bytes, sensor.packet_times(&flow, schedule, frame)));
         }
         Ok(arrived)

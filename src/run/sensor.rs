@@ -7,7 +7,7 @@ use crate::config::Resolved;
 use crate::effect::Effect;
 use crate::effects::chain::{BlackRows, Chain};
 use crate::effects::{self, Parameters};
-use crate::energy::{Design, HostParams, SensorPower};
+use crate::energy::{HostParams, PoweredSensor, SensorPower};
 use crate::error::Error;
 use crate::link::LinkParams;
 use crate::num::f64_from_u64;
@@ -168,14 +168,14 @@ impl SensorSetup {
         let black = scenario.black_rows()?;
         let merge = merge.map(|merge| with_exposures(merge, &schedule));
         let bit_error_rate = scenario.bit_error_rate()?;
-        let design = Design::new(
+        let powered = PoweredSensor::new(
             scenario.energy_params()?,
             (&parameters.pixel, &parameters.adc),
             (&schedule, &link),
             scenario.sensor.supply_v,
             (black.rows, bits, merged_bits),
         );
-        let power = SensorPower::new(design, technology);
+        let power = SensorPower::new(powered, technology);
         let host = scenario.host_params()?;
         let setup = Self {
             array,

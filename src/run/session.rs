@@ -10,8 +10,8 @@ use super::row_times::{merge_planes, row_times};
 use super::send::{frame_time_s, marks};
 use super::setup::Setup;
 use super::shared_exposure::{SharedExposure, StillExposures};
+use super::state::RowProbe;
 pub(super) use super::state::Totals;
-use super::state::Watched;
 pub use super::state::{CameraFrame, Frame, STAGES, Session};
 use super::totals::FrameNotes;
 use crate::compute::{Extracted, Extractor};
@@ -62,7 +62,7 @@ impl Session {
             host: Host::default(),
             charge_before_e,
             still: StillExposures::default(),
-            watched: None,
+            probe: None,
             row_check: None,
             electrons_kept: false,
             electrons: Vec::new(),
@@ -73,7 +73,7 @@ impl Session {
         })
     }
 
-    /// Seconds that a stage has taken so far, by the watch that `step` was given. Panics at a name that is not in `STAGES`.
+    /// Seconds that a stage has taken so far, by the stopwatch that `step` was given. Panics at a name that is not in `STAGES`.
     pub fn stage_s(&self, stage: &str) -> f64 {
         let at = STAGES.iter().position(|name| *name == stage).expect("a stage of STAGES");
         self.totals.stage_s[at]
@@ -90,8 +90,8 @@ impl Session {
     }
 
     /// Keeps the first camera's samples of these rows when their frame comes, of its first exposure. They change nothing.
-    pub fn watch(&mut self, frame: FrameIndex, rows: &[RowIndex]) {
-        self.watched = Some(Watched { frame, rows: rows.to_vec(), samples: Vec::new() });
+    pub fn probe_rows(&mut self, frame: FrameIndex, rows: &[RowIndex]) {
+        self.probe = Some(RowProbe { frame, rows: rows.to_vec(), samples: Vec::new() });
     }
 
     /// Converts every `every`-th row of all frames from here on once more on the rung above, which it names: clock by clock for a run on
@@ -119,17 +119,17 @@ impl Session {
         self.hashes_pictures = false;
     }
 
-    /// Samples of the watched rows at the converters' inputs; empty before their frame.
-    pub fn watched(&self) -> &[RowSamples] {
-        self.watched.as_ref().map_or(&[], |watched| &watched.samples)
+    /// Samples of the probed rows at the converters' inputs; empty before their frame.
+    pub fn probed_rows(&self) -> &[RowSamples] {
+        self.probe.as_ref().map_or(&[], |probe| &probe.samples)
     }
 
     /// Simulates the next frame of the rig. Fails on a motion that ends before this frame, a frame that its link cannot carry.
-    pub fn step(&mut self, watch: &dyn Stopwatch) -> Result<Frame, Error> {
-        let mut lap = Lap::start(watch);
+    pub fn step(&mut self, stopwatch: &dyn Stopwatch) -> Result<Frame, Error> {
+        let mut lap = Lap::start(stopwatch);
         let exposures = self.next_exposures()?;
         self.totals.stage_s[0] += lap.next_s();
-        self.step_with(exposures, watch)
+        self.step_with(exposures, stopwatch)
     }
 
     /// What each camera sees in the next frame, one exposure a slot. Fails on a picture that cannot be read any more.
@@ -147,9 +147,13 @@ impl Session {
     }
 
     /// The next frame from what its cameras saw: runs that differ behind the lens alone may share it.
-    pub fn step_with(&mut self, exposures: Vec<Vec<SharedExposure>>, watch: &dyn Stopwatch) -> Result<Frame, Error> {
+    pub fn step_with(
+        &mut self,
+        exposures: Vec<Vec<SharedExposure>>,
+        stopwatch: &dyn Stopwatch,
+    ) -> Result<Frame, Error> {
         let frame = self.next_frame();
-        let mut lap = Lap::start(watch);
+        let mut lap = Lap::start(stopwatch);
         let schedules = self.setup.exposure.schedules(frame);
         self.count_rays(&exposures);
         if self.setup.is_still() {
@@ -299,8 +303,8 @@ impl Session {
                 let before_e = self.charge_before_e[camera].as_ref();
                 let camera_index = CameraIndex(u32_from(camera));
                 let capture = Capture { camera: camera_index, frame, slot: u32_from(slot), before_e };
-                if let Some(watched) = self.watched.as_mut().filter(|w| (w.frame, camera, slot) == (frame, 0, 0)) {
-                    watched.samples = self.chain.samples_of_rows(&exposure.photons, capture, &times, &watched.rows);
+                if let Some(probe) = self.probe.as_mut().filter(|p| (p.frame, camera, slot) == (frame, 0, 0)) {
+                    probe.samples = self.chain.samples_of_rows(&exposure.photons, capture, &times, &probe.rows);
                 }
                 if self.electrons_kept && slot == 0 {
                     self.electrons.resize(self.setup.cameras.len(), None);
@@ -371,17 +375,17 @@ impl Session {
 
 /// Times between calls.
 struct Lap<'a> {
-    watch: &'a dyn Stopwatch,
+    stopwatch: &'a dyn Stopwatch,
     last_s: f64,
 }
 
 impl<'a> Lap<'a> {
-    fn start(watch: &'a dyn Stopwatch) -> Self {
-        Self { watch, last_s: watch.now_s() }
+    fn start(stopwatch: &'a dyn Stopwatch) -> Self {
+        Self { stopwatch, last_s: stopwatch.now_s() }
     }
 
     fn next_s(&mut self) -> f64 {
-        let now_s = self.watch.now_s();
+        let now_s = self.stopwatch.now_s();
         let lap_s = now_s - self.last_s;
         self.last_s = now_s;
         lap_s

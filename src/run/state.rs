@@ -91,7 +91,7 @@ pub struct Session {
     /// Electrons that each camera's frame before left in its array, where an effect leaves some.
     pub(super) charge_before_e: Vec<Option<Plane<f32>>>,
     pub(super) still: StillExposures,
-    pub(super) watched: Option<Watched>,
+    pub(super) probe: Option<RowProbe>,
     pub(super) row_check: Option<RowCheck>,
     /// Whether frames carry electrons, and those of the frame in progress, one entry a camera.
     pub(super) electrons_kept: bool,
@@ -103,7 +103,7 @@ pub struct Session {
 }
 
 /// Rows of the first camera whose samples are kept when their frame is sensed.
-pub(super) struct Watched {
+pub(super) struct RowProbe {
     pub(super) frame: FrameIndex,
     pub(super) rows: Vec<RowIndex>,
     pub(super) samples: Vec<RowSamples>,

@@ -1,6 +1,6 @@
 //! Ground truth of a run's frames: views of the current and the next frame, and full colour beside a mosaic.
 
-use super::render_inputs::ExposureId;
+use super::render_inputs::{ExposureId, PictureId};
 use super::state::Session;
 use crate::error::Error;
 use crate::optics::Mosaic;
@@ -44,7 +44,7 @@ impl Session {
             only[band] = 1.0;
             let (filter, _) = Mosaic::parse("mono", &[('M', only)]).expect("one filter over all pixels is a pattern");
             let alone = self.setup.resolved.scenario.fitted(window.clone().with_mosaic(filter))?;
-            let exposure_id = ExposureId { camera, frame, slot: 0 };
+            let exposure_id = ExposureId { picture: PictureId { frame, camera }, slot: 0 };
             Ok((BAND_CHANNELS[band], self.setup.exposure_of(exposure_id, &alone, schedule)?.photons))
         };
         (0..passed).map(of_band).collect()

@@ -15,7 +15,7 @@ use crate::error::Error;
 use crate::num::{greater, lesser};
 #[cfg(feature = "pictures")]
 use crate::optics::resample;
-use crate::optics::{self, Camera, Exposure, FixedPictures, Sampling};
+use crate::optics::{self, Camera, Exposure, Sampling, StaticPictures};
 use crate::plane::Plane;
 use crate::pose::Pose;
 #[cfg(feature = "pictures")]
@@ -30,8 +30,8 @@ pub use demand::Demand;
 pub struct SceneWorld {
     fixed: LitScene,
     objects: Vec<MovingObject>,
-    /// Of the fixed scene alone, for still cameras.
-    pictures: FixedPictures,
+    /// Of the static scene alone, for still cameras.
+    pictures: StaticPictures,
 }
 
 impl SceneWorld {
@@ -72,7 +72,7 @@ impl World {
                 let run = (demand.span_of)(demand.frames);
                 let objects = moving_objects(scenario, run, assets)?;
                 let objects = lit_objects(objects, &lit, run, &mut notes)?;
-                let world = SceneWorld { fixed: lit, objects, pictures: FixedPictures::default() };
+                let world = SceneWorld { fixed: lit, objects, pictures: StaticPictures::default() };
                 Ok((Self::Scene(Box::new(world)), notes))
             }
         }
@@ -133,7 +133,7 @@ impl World {
     pub fn render(
         &self,
         (number, camera): (usize, &Camera),
-        shutter: &[Span],
+        row_exposures: &[Span],
         world_from_body: &(dyn Fn(f64) -> Pose + Sync),
         sampling: Sampling,
         of_still: Option<DrawKey>,
@@ -142,15 +142,22 @@ impl World {
             Self::Scene(scene) => Ok(match of_still {
                 Some(key) if !scene.objects.is_empty() => {
                     let all = (sampling, key);
-                    optics::expose_moving(scene.dynamic(), camera, shutter, world_from_body, all, &scene.pictures)
+                    optics::expose_still_camera(
+                        scene.dynamic(),
+                        camera,
+                        row_exposures,
+                        world_from_body,
+                        all,
+                        &scene.pictures,
+                    )
                 }
-                _ => optics::expose(scene.dynamic(), camera, shutter, world_from_body, sampling),
+                _ => optics::expose(scene.dynamic(), camera, row_exposures, world_from_body, sampling),
             }),
             #[cfg(feature = "pictures")]
             Self::Images(sequence) => {
                 let stream = &sequence.streams[number];
                 optics::expose_by(stream.params.illuminant, camera, &|camera| {
-                    resample::resample(stream, camera, shutter)
+                    resample::resample(stream, camera, row_exposures)
                 })
             }
         }

@@ -5,7 +5,6 @@
 //! the result does not depend on threads. On large triangles only some samples are traced (`refine`): the light of the rest is
 //! interpolated.
 
-pub(super) mod aims;
 mod batch;
 pub mod blockers;
 pub mod buried;
@@ -15,6 +14,7 @@ mod cut_off;
 mod fan;
 mod gathered;
 pub(super) mod light_at;
+pub(super) mod light_points;
 pub(super) mod rays;
 mod refine;
 mod reflected;
@@ -32,10 +32,10 @@ use super::light::{BANDS, Bands, luminance};
 use super::mesh::ALBEDO_MAX;
 use crate::num::{f32_nearest, greater, index, lesser, u64_from};
 use crate::parallel::collected;
-pub use aims::Aimed;
-use aims::Aims;
 use cut_off::{CutOff, Relit, cut_off};
 use fan::{FLICKERING, GROUPS, STEADY};
+use light_points::LightPoints;
+pub use light_points::ShadowRay;
 use refine::traced_samples;
 pub use settings::{BAKE_VERSION, BakeCost, BakeSettings};
 pub use source_lists::{ListedLight, SourceLists};
@@ -46,7 +46,7 @@ use traced::TracedSamples;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bake {
     pub(super) key: [u8; 32],
-    /// Side 0, then side 1 of each sample: light that is steady.
+    /// Steady light by sample side (`samples`).
     pub(super) irradiance: Vec<Bands>,
     /// The same of light that flickers, at its mean; empty where none does.
     pub(super) flickering: Vec<Bands>,
@@ -69,7 +69,7 @@ const DIM_SHARE: f32 = 1e-5;
 const BOUNCES_AFTER: usize = 2;
 
 /// Iterations at most. A room of the greatest albedo all over needs a few, because its light is extrapolated.
-const BOUNCES_MAX: usize = 1_000;
+const ITERATIONS_MAX: usize = 1_000;
 
 /// Changes that fall more slowly than this from bounce to bounce are extrapolated once their rate is known.
 const SLOW_RATE: f64 = 0.8;
@@ -208,9 +208,9 @@ impl Bake {
 
 /// Gives sample sides that are cut off the light in front of what cuts them off.
 fn relight(scene: &Scene, settings: &BakeSettings, cut_off: &[CutOff], light: &mut [Vec<Bands>; GROUPS]) -> Vec<Relit> {
-    let [_, aims] = Aims::of(scene, settings);
+    let [_, light_points] = LightPoints::of(scene, settings);
     let known = [light[STEADY].as_slice(), &light[FLICKERING]];
-    let relit = collected(cut_off.len(), |number| cut_off[number].relit(scene, &aims, known));
+    let relit = collected(cut_off.len(), |number| cut_off[number].relit(scene, &light_points, known));
     for (group, light) in light.iter_mut().enumerate().filter(|(_, light)| !light.is_empty()) {
         relit.iter().for_each(|relit| light[index(relit.sample_side)] = relit.light[group]);
     }
@@ -249,7 +249,7 @@ fn settled(scene: &Scene, traced: &TracedSamples, stand_ins: &[(u32, u32)], grou
     buried::fill(&mut now, stand_ins);
     let mut exitance = vec![[0.0; BANDS]; now.len()];
     let mut rates = Rates::default();
-    for _ in 0..BOUNCES_MAX {
+    for _ in 0..ITERATIONS_MAX {
         let mut next = bounced(scene, traced, stand_ins, group, &now, &mut exitance);
         rates.follow(&now, &next);
         let settled = is_settled(&now, &next, &rates);
@@ -349,12 +349,12 @@ fn is_settled(now: &[Bands], next: &[Bands], rates: &Rates) -> bool {
 impl BakeCost {
     /// Of a scene with settings.
     pub fn of(scene: &Scene, settings: &BakeSettings) -> Self {
-        let aims = aims::Aims::of(scene, settings);
+        let light_points = LightPoints::of(scene, settings);
         let mut cost = Self { rays: 0, bytes: 0 };
         for sample in &scene.layout.samples {
-            let aims = &aims[usize::from(sample.on_grid)];
-            cost.rays += u64_from(aims.rays(sample.sides()));
-            let kept = if settings.bounces { 4 * sample.sides() * aims.fan.len() } else { 0 };
+            let light_points = &light_points[usize::from(sample.on_grid)];
+            cost.rays += u64_from(light_points.rays(sample.sides()));
+            let kept = if settings.bounces { 4 * sample.sides() * light_points.fan.len() } else { 0 };
             cost.bytes += u64_from(kept + BYTES_PER_SAMPLE);
         }
         cost
@@ -413,11 +413,11 @@ mod tests {
         mesh.append_quad(0, [[-3.0, 0.0, 3.0], [3.0, 0.0, 3.0], [3.0, 0.0, -3.0], [-3.0, 0.0, -3.0]], [1.0, 1.0]);
         mesh.append_quad(1, [[-0.5, 2.0, -0.5], [0.5, 2.0, -0.5], [0.5, 2.0, 0.5], [-0.5, 2.0, 0.5]], [1.0, 1.0]);
         let scene = Scene::new("lamp", mesh, [0.0; BANDS]).unwrap();
-        let aims = aims::Aims::new(&scene, BakeSettings::ROOM.grid_lamp_rays, 16);
+        let light_points = LightPoints::new(&scene, BakeSettings::ROOM.grid_lamp_rays, 16);
         let mut tried = 0;
         for x_m in [0.0_f32, 0.7, 1.5, 2.5] {
             let receiver = [rays::Receiver { at_m: [x_m, 0.0, 0.0], normal: [0.0, 1.0, 0.0], sides: 1 }];
-            let light = shadow_rays::aimed_light(&scene, &receiver, &aims, &[])[0][0].all[0][0];
+            let light = shadow_rays::shadow_ray_light(&scene, &receiver, &light_points, &[])[0][0].all[0][0];
             // A fine midpoint sum of cos cos / d^2 over the lamp: its own error is below 1e-5.
             let mut expected = 0.0;
             for i in 0..100 {

@@ -50,8 +50,8 @@ struct Surface {
 
 /// All surfaces, by their least coordinate along x.
 fn surfaces(mesh: &Mesh, stops_light: impl Fn(&Material) -> bool) -> Vec<Surface> {
-    let position_of = position_ids(mesh);
-    let corners = |triangle: usize| mesh.triangles[triangle].map(|corner| position_of[index(corner)]);
+    let welded = welded_vertices(mesh);
+    let corners = |triangle: usize| mesh.triangles[triangle].map(|corner| welded[index(corner)]);
     let mut roots: Vec<u32> = (0..u32_from(mesh.vertices.len())).collect();
     for triangle in 0..mesh.triangles.len() {
         let [a, b, c] = corners(triangle);
@@ -132,30 +132,30 @@ impl Surface {
     }
 }
 
-/// A number for each vertex, the same for all at one position.
-fn position_ids(mesh: &Mesh) -> Vec<u32> {
+/// Of each vertex the first one at its position, which stands for all of them.
+fn welded_vertices(mesh: &Mesh) -> Vec<u32> {
     // Adding 0 makes -0 and 0 equal.
     let bits = |vertex: u32| mesh.vertices[index(vertex)].position_m.map(|x| (x + 0.0).to_bits());
     let mut order: Vec<u32> = (0..u32_from(mesh.vertices.len())).collect();
     order.sort_unstable_by_key(|&vertex| (bits(vertex), vertex));
-    let mut position_of = vec![0; order.len()];
+    let mut welded = vec![0; order.len()];
     for same in order.chunk_by(|&a, &b| bits(a) == bits(b)) {
-        same.iter().for_each(|&vertex| position_of[index(vertex)] = same[0]);
+        same.iter().for_each(|&vertex| welded[index(vertex)] = same[0]);
     }
-    position_of
+    welded
 }
 
-/// The root of a position's tree in a disjoint-set forest; paths are halved on the way.
-fn root(roots: &mut [u32], mut position: u32) -> u32 {
-    while roots[index(position)] != position {
-        roots[index(position)] = roots[index(roots[index(position)])];
-        position = roots[index(position)];
+/// The root of a welded vertex's tree in a disjoint-set forest; paths are halved on the way.
+fn root(roots: &mut [u32], mut vertex: u32) -> u32 {
+    while roots[index(vertex)] != vertex {
+        roots[index(vertex)] = roots[index(roots[index(vertex)])];
+        vertex = roots[index(vertex)];
     }
-    position
+    vertex
 }
 
 fn join(roots: &mut [u32], a: u32, b: u32) {
-    let [a, b] = [a, b].map(|position| root(roots, position));
+    let [a, b] = [a, b].map(|vertex| root(roots, vertex));
     roots[index(a.max(b))] = a.min(b);
 }
 

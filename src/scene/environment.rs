@@ -168,9 +168,9 @@ impl Environment {
         self.map.texels.iter().fold([start; BANDS], chosen)
     }
 
-    /// Directions that a bake aims at, source by source: a share of `count` for the sun's disc, and `count` for the bright parts of the
-    /// picture, each with the same power, of which those around the brightest are one source. None where nothing stands out.
-    pub fn aims(&self, count: usize) -> Vec<Vec<DistantLight>> {
+    /// Directions that a bake sends shadow rays to, source by source: a share of `count` for the sun's disc, and `count` for the bright
+    /// parts of the picture, each with the same power, of which those around the brightest are one source. None where nothing stands out.
+    pub fn distant_lights(&self, count: usize) -> Vec<Vec<DistantLight>> {
         let mut sources = Vec::new();
         if let Some(sun) = self.sun {
             sources.push(sun.points(count / 4).collect());
@@ -178,10 +178,11 @@ impl Environment {
         let total = self.row_sums.last().copied().unwrap_or(0.0);
         if total > 0.0 {
             let brightest = self.brightest();
-            let (around, others) = (0..count).map(|number| self.aim(number, count, total)).partition(|light| {
-                let apart = sub(light.direction, brightest);
-                dot(apart, apart) <= COMPACT_RAD * COMPACT_RAD
-            });
+            let (around, others) =
+                (0..count).map(|number| self.distant_light(number, count, total)).partition(|light| {
+                    let apart = sub(light.direction, brightest);
+                    dot(apart, apart) <= COMPACT_RAD * COMPACT_RAD
+                });
             sources.extend([around, others]);
         }
         sources
@@ -204,7 +205,7 @@ impl Environment {
     }
 
     /// The direction of a number: its row by strata of power, its column by a sequence of the golden ratio.
-    fn aim(&self, number: usize, count: usize, total: f64) -> DistantLight {
+    fn distant_light(&self, number: usize, count: usize, total: f64) -> DistantLight {
         let width = index(self.map.width);
         let share = (f64_from_usize(number) + 0.5) / f64_from_usize(count) * total;
         let row = self.row_sums.partition_point(|&sum| sum <= share).min(self.row_sums.len() - 1);

@@ -14,17 +14,17 @@ mod slopes;
 mod surface;
 
 pub use data::{ExitanceBounds, Face, LitScene};
-pub use gloss::{BOUNCES_MAX, Facet};
+pub use gloss::{Facet, REFLECTIONS_MAX};
 pub use object_light::{LightSteps, ObjectLight};
 pub use relief::MapTexels;
-pub use shadows::{Relief, Shadows, Towards};
+pub use shadows::{Relief, Shadows, SourceBounds};
 pub use surface::{OnTriangle, by_band, by_lane};
 
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
-use super::bake::aims::Aims;
+use super::bake::light_points::LightPoints;
 use super::bake::rays::Receiver;
 use super::bake::{Bake, BakeSettings};
 use super::flicker::Flicker;
@@ -36,12 +36,12 @@ use super::vectors::dot;
 use crate::error::Error;
 use crate::num::{f32_nearest, greater, index};
 use crate::units::Span;
-use data::{NO_CONE, Paint, UNTEXTURED};
+use data::{NO_CONE, PAINT_WITHOUT_TEXTURE, Paint};
 
 /// Rays from the point that `illuminance_lux` is given at. Their noise scales the whole picture: 65,536 of them, stratified,
 /// leave well under 0.1 %.
 const METER_RAYS: usize = 65_536;
-/// Points on lamps that it aims at.
+/// Points on lamps that it sends shadow rays to.
 const METER_LAMP_RAYS: usize = 4_096;
 
 impl Scene {
@@ -93,20 +93,20 @@ impl Scene {
 
     /// Irradiance of the upper side of a horizontal plane, in the scene's own units, at the lamps' mean.
     fn horizontal_irradiance(&self, bake: &Bake, at_m: DVec3) -> [f64; BANDS] {
-        let (at, up) = (at_m.to_array().map(f32_nearest), [0.0, 1.0, 0.0]);
-        let aims = Aims::new(self, METER_LAMP_RAYS, METER_RAYS);
+        let (position_m, up) = (at_m.to_array().map(f32_nearest), [0.0, 1.0, 0.0]);
+        let light_points = LightPoints::new(self, METER_LAMP_RAYS, METER_RAYS);
         let baked = [bake.irradiance.as_slice(), bake.flickering.as_slice()];
-        let [steady, flickering] =
-            self.light_at(&Receiver { at_m: at, normal: up, sides: 1 }, &aims, baked, 1.0, &[]).by_group;
+        let receiver = Receiver { at_m: position_m, normal: up, sides: 1 };
+        let [steady, flickering] = self.light_at(&receiver, &light_points, baked, 1.0, &[]).by_group;
         std::array::from_fn(|band| steady[band] + flickering[band])
     }
 
     /// Luminance that the upper side of a level plane has straight from lamps and sky, in the scene's own units.
     pub fn direct_light_at(&self, at_m: DVec3) -> f64 {
-        let (at, up) = (at_m.to_array().map(f32_nearest), [0.0, 1.0, 0.0]);
-        let aims = Aims::new(self, 256, 1_024);
-        let receiver = Receiver { at_m: at, normal: up, sides: 1 };
-        let [steady, flickering] = self.light_at(&receiver, &aims, [&[], &[]], 1.0, &[]).by_group;
+        let (position_m, up) = (at_m.to_array().map(f32_nearest), [0.0, 1.0, 0.0]);
+        let light_points = LightPoints::new(self, 256, 1_024);
+        let receiver = Receiver { at_m: position_m, normal: up, sides: 1 };
+        let [steady, flickering] = self.light_at(&receiver, &light_points, [&[], &[]], 1.0, &[]).by_group;
         luminance(steady) + luminance(flickering)
     }
 
@@ -151,7 +151,7 @@ impl LitScene {
                 material.maps.emission.map_or(material.emission, |(_, factors)| factors),
                 pi * lux_per_unit,
             ),
-            texture: material.texture.unwrap_or(UNTEXTURED),
+            texture: material.texture.unwrap_or(PAINT_WITHOUT_TEXTURE),
             double_sided: material.double_sided,
             flickers: scene.flickers(number),
             glossy: gloss::keeps_images(&scene.mesh, material),
@@ -351,12 +351,12 @@ impl LitScene {
     #[inline(always)]
     fn albedo(&self, triangle: u32, paint: &Paint, [u, v]: [f32; 2], footprint: &Footprint) -> Bands {
         let mesh = &self.scene.mesh;
-        if paint.texture == UNTEXTURED && mesh.colours.is_empty() {
+        if paint.texture == PAINT_WITHOUT_TEXTURE && mesh.colours.is_empty() {
             return paint.base_colour;
         }
         let w = 1.0 - u - v;
         let mut colour = [1.0; BANDS];
-        if paint.texture != UNTEXTURED {
+        if paint.texture != PAINT_WITHOUT_TEXTURE {
             let uv = self.scene.layout.triangles[index(triangle)].uv_at(u, v);
             colour = mesh.textures[index(paint.texture)].over(uv, footprint);
         }

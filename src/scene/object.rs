@@ -75,7 +75,7 @@ pub struct MovingObject {
 /// A scene at rest and what moves through it.
 #[derive(Clone, Copy, Debug)]
 pub struct DynamicScene<'a> {
-    /// What stands, under its light.
+    /// The static scene: what stands, under its light.
     pub fixed: &'a LitScene,
     /// What moves.
     pub objects: &'a [MovingObject],
@@ -100,7 +100,7 @@ impl<'a> DynamicScene<'a> {
 
     /// Whether objects shade what stands.
     fn casts_shadows(&self) -> bool {
-        !self.objects.is_empty() && self.fixed.shadows().is_some()
+        !self.objects.is_empty() && self.fixed.traced_shadows().is_some()
     }
 
     /// Whether a ray can come back black from something.
@@ -125,7 +125,7 @@ impl<'a> DynamicScene<'a> {
 /// The shape of a scene at rest, and what moves through it.
 #[derive(Clone, Copy, Debug)]
 pub struct Shapes<'a> {
-    /// What stands.
+    /// The static scene: what stands.
     pub fixed: &'a Scene,
     /// What moves.
     pub objects: &'a [MovingObject],
@@ -144,17 +144,17 @@ impl<'a> From<DynamicScene<'a>> for Shapes<'a> {
 }
 
 impl<'a> Shapes<'a> {
-    /// An object by its number from 1; none for 0, the fixed scene.
+    /// An object by its number from 1; none for 0, the static scene.
     pub fn object(&self, number: u32) -> Option<&'a MovingObject> {
         number.checked_sub(1).map(|number| &self.objects[index(number)])
     }
 
-    /// The shape of an object by its number from 1, or of the fixed scene (0).
+    /// The shape of an object by its number from 1, or of the static scene (0).
     pub fn shape(&self, number: u32) -> &'a Scene {
         self.object(number).map_or(self.fixed, MovingObject::shape)
     }
 
-    /// The shape of the fixed scene, then those of the objects.
+    /// The shape of the static scene, then those of the objects.
     pub fn all(&self) -> impl Iterator<Item = &'a Scene> {
         std::iter::once(self.fixed).chain(self.objects.iter().map(MovingObject::shape))
     }

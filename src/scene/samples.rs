@@ -1,7 +1,8 @@
 //! Points on surfaces where irradiance is known, and for each triangle the points to interpolate between.
 //!
 //! Small triangles have a sample at each vertex; a large one has a grid of samples ("mesh colours"). Each sample has two
-//! sides: the side of its normal, then the back.
+//! sides: the side of its normal (0), then the back (1). A *sample side* is the number `2 * sample + side` of one of them: its index in
+//! every list of both sides of all samples.
 
 use std::collections::BTreeMap;
 

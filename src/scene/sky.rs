@@ -136,9 +136,9 @@ fn horizontal_lux(texels: &[Bands]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::bake::aims::Aims;
+    use super::super::bake::light_points::LightPoints;
     use super::super::bake::rays::Receiver;
-    use super::super::bake::shadow_rays::aimed_light;
+    use super::super::bake::shadow_rays::shadow_ray_light;
     use super::super::mesh::{Material, Mesh};
     use super::super::texture::Footprint;
     use super::super::{BakeSettings, Illuminant, LitScene, Scene};
@@ -217,7 +217,7 @@ mod tests {
         assert!((radiance(0.0) / 1.41e9 - 1.0).abs() < 0.005, "{}", radiance(0.0));
         assert!(radiance(0.255) > 1e9 && radiance(0.275) < 1e6);
         // The steps of f32 in a direction (6e-8) are 3e-6 degrees.
-        let points = environment.aims(192).concat();
+        let points = environment.distant_lights(192).concat();
         assert!(points.len() >= 48);
     }
 
@@ -244,15 +244,15 @@ mod tests {
         assert!((2.0 * half_width_m - 0.0925).abs() < 1e-4);
         let mut tried = 0;
         for lamp_rays in [BakeSettings::ROOM.grid_lamp_rays, 4_096] {
-            let aims = Aims::new(&scene, lamp_rays, 16);
-            let points = f64::from(u32::try_from(aims.distant.len()).unwrap());
+            let light_points = LightPoints::new(&scene, lamp_rays, 16);
+            let points = f64::from(u32::try_from(light_points.distant.len()).unwrap());
             // A chord crosses at most 2 sqrt(N / pi) of N equal cells of the disc; each counts wrongly by at most a half.
             let bound = 1.0 / (std::f64::consts::PI * points).sqrt();
             for step in -15..=15 {
                 let radii = f64::from(step) / 10.0;
                 let at_m = [f32_nearest(radii * half_width_m), 0.0, 0.0];
                 let receiver = [Receiver { at_m, normal: [0.0, 1.0, 0.0], sides: 1 }];
-                let light = aimed_light(&scene, &receiver, &aims, &[])[0][0].all[0][0];
+                let light = shadow_ray_light(&scene, &receiver, &light_points, &[])[0][0].all[0][0];
                 let expected = seen_share(radii);
                 assert!((light - expected).abs() < bound, "{points} points, {radii} radii: {light}, disc {expected}");
                 tried += 1;

@@ -11,23 +11,23 @@ use super::geometry::Scene;
 use crate::error::Error;
 
 pub use board::Board;
-pub use params::{Wish, cube, flat};
+pub use params::{TargetRequest, cube, flat};
 
 /// The names.
 pub const NAMES: [&str; 6] = ["flat", "blank_wall", "slanted_edge", "grey_wedge", "checkerboard", "point_sources"];
 
 /// Makes the target of a name. Fails on a name that is not among `NAMES`, a value out of range, a key that this target does not read.
-pub fn named(name: &str, wish: &Wish) -> Result<Scene, Error> {
+pub fn named(name: &str, request: &TargetRequest) -> Result<Scene, Error> {
     match name {
         "flat" => {
-            wish.only(name, &[])?;
-            flat(wish.reflectance)
+            request.only(name, &[])?;
+            flat(request.reflectance)
         }
-        "blank_wall" => board::blank_wall(wish),
-        "slanted_edge" => board::slanted_edge(wish),
-        "grey_wedge" => board::grey_wedge(wish),
-        "checkerboard" => board::checkerboard(wish),
-        "point_sources" => board::point_sources(wish),
+        "blank_wall" => board::blank_wall(request),
+        "slanted_edge" => board::slanted_edge(request),
+        "grey_wedge" => board::grey_wedge(request),
+        "checkerboard" => board::checkerboard(request),
+        "point_sources" => board::point_sources(request),
         _ => Err(Error::key("scene.target", name, format!("not known; use one of {}", NAMES.join(", ")))),
     }
 }

@@ -25,13 +25,13 @@ pub(crate) type Steps = (Vec<Vector6<f64>>, Vec<Vector3<f64>>);
 /// The undamped normal equations, by blocks.
 pub(crate) struct BlockEquations {
     pose_blocks: Vec<Matrix6<f64>>,
-    pose_sides: Vec<Vector6<f64>>,
+    pose_rhs: Vec<Vector6<f64>>,
     point_blocks: Vec<Matrix3<f64>>,
-    point_sides: Vec<Vector3<f64>>,
+    point_rhs: Vec<Vector3<f64>>,
     /// Couplings of each point, in the order in which its poses were first met.
     couplings: Vec<(usize, Coupling)>,
     coupled: Vec<Range<usize>>,
-    /// Information and right side over the free poses that left the window before.
+    /// Information and right-hand side over the free poses that left the window before.
     prior: Option<(Vec<f64>, Vec<f64>)>,
 }
 
@@ -132,16 +132,16 @@ impl Problem<'_> {
     fn linearise_under(&self, prior: Option<&Prior>, law: ErrorModel) -> BlockEquations {
         let mut normal = BlockEquations {
             pose_blocks: vec![Matrix6::zeros(); self.free],
-            pose_sides: vec![Vector6::zeros(); self.free],
+            pose_rhs: vec![Vector6::zeros(); self.free],
             point_blocks: vec![Matrix3::zeros(); self.points_m.len()],
-            point_sides: vec![Vector3::zeros(); self.points_m.len()],
+            point_rhs: vec![Vector3::zeros(); self.points_m.len()],
             couplings: Vec::with_capacity(self.observations.len()),
             coupled: vec![0..0; self.points_m.len()],
             prior: prior.map(|prior| {
                 let n = 6 * self.free;
-                let (mut matrix, mut side) = (vec![0.0; n * n], vec![0.0; n]);
-                prior.add_to(&self.poses, &mut matrix, &mut side);
-                (matrix, side)
+                let (mut matrix, mut rhs) = (vec![0.0; n * n], vec![0.0; n]);
+                prior.add_to(&self.poses, &mut matrix, &mut rhs);
+                (matrix, rhs)
             }),
         };
         let rotations: Vec<DMat3> = self.poses.iter().map(|pose| DMat3::from_quat(pose.rotation)).collect();
@@ -184,11 +184,11 @@ impl BlockEquations {
     ) {
         let weighted_point = to_point * weight;
         self.point_blocks[point] += weighted_point * to_point.transpose();
-        self.point_sides[point] += weighted_point * error;
+        self.point_rhs[point] += weighted_point * error;
         let Some(to_pose) = to_pose else { return };
         let weighted_pose = to_pose * weight;
         self.pose_blocks[pose] += weighted_pose * to_pose.transpose();
-        self.pose_sides[pose] += weighted_pose * error;
+        self.pose_rhs[pose] += weighted_pose * error;
         let range = &mut self.coupled[point];
         if range.start == range.end {
             *range = self.couplings.len()..self.couplings.len();
@@ -208,34 +208,34 @@ impl BlockEquations {
     pub(crate) fn step(&self, damping: f64) -> Option<Steps> {
         let n = 6 * self.pose_blocks.len();
         let mut matrix = vec![0.0; n * n];
-        let mut side = vec![0.0; n];
-        for (pose, (block, right)) in self.pose_blocks.iter().zip(&self.pose_sides).enumerate() {
+        let mut rhs = vec![0.0; n];
+        for (pose, (block, block_rhs)) in self.pose_blocks.iter().zip(&self.pose_rhs).enumerate() {
             for i in 0..6 {
-                side[6 * pose + i] = right[i];
+                rhs[6 * pose + i] = block_rhs[i];
                 for j in 0..=i {
                     matrix[(6 * pose + i) * n + 6 * pose + j] = block[(i, j)];
                 }
                 matrix[(6 * pose + i) * (n + 1)] += damping * block[(i, i)] + POSE_FLOOR;
             }
         }
-        if let Some((information, right)) = &self.prior {
+        if let Some((information, prior_rhs)) = &self.prior {
             matrix.iter_mut().zip(information).for_each(|(sum, x)| *sum += x);
-            side.iter_mut().zip(right).for_each(|(sum, x)| *sum += x);
+            rhs.iter_mut().zip(prior_rhs).for_each(|(sum, x)| *sum += x);
         }
         let inverses = self.damped_inverses(damping)?;
         for (point, inverse) in inverses.iter().enumerate() {
-            self.eliminate(point, inverse, &mut matrix, &mut side);
+            self.eliminate(point, inverse, &mut matrix, &mut rhs);
         }
-        if n > 0 && !solve_cholesky(&mut matrix, &mut side) {
+        if n > 0 && !solve_cholesky(&mut matrix, &mut rhs) {
             return None;
         }
-        let by_pose: Vec<Vector6<f64>> = side.chunks_exact(6).map(Vector6::from_column_slice).collect();
+        let by_pose: Vec<Vector6<f64>> = rhs.chunks_exact(6).map(Vector6::from_column_slice).collect();
         let step = |(point, inverse): (usize, &Matrix3<f64>)| {
-            let mut right = self.point_sides[point];
+            let mut rhs = self.point_rhs[point];
             for (pose, coupling) in &self.couplings[self.coupled[point].clone()] {
-                right -= coupling.tr_mul(&by_pose[*pose]);
+                rhs -= coupling.tr_mul(&by_pose[*pose]);
             }
-            inverse * right
+            inverse * rhs
         };
         let by_point = inverses.iter().enumerate().map(step).collect();
         Some((by_pose, by_point))
@@ -253,14 +253,14 @@ impl BlockEquations {
     }
 
     /// Takes one point's part out of the lower half of the reduced system.
-    fn eliminate(&self, point: usize, inverse: &Matrix3<f64>, matrix: &mut [f64], side: &mut [f64]) {
-        let n = side.len();
+    fn eliminate(&self, point: usize, inverse: &Matrix3<f64>, matrix: &mut [f64], rhs: &mut [f64]) {
+        let n = rhs.len();
         let couplings = &self.couplings[self.coupled[point].clone()];
         for (a, w_a) in couplings {
             let carried = w_a * inverse;
-            let right = carried * self.point_sides[point];
+            let carried_rhs = carried * self.point_rhs[point];
             for i in 0..6 {
-                side[6 * a + i] -= right[i];
+                rhs[6 * a + i] -= carried_rhs[i];
             }
             for (b, w_b) in couplings.iter().filter(|(b, _)| b <= a) {
                 let block = carried * w_b.transpose();
@@ -279,10 +279,10 @@ impl BlockEquations {
     pub(crate) fn dense(&self, damping: f64) -> (Vec<f64>, Vec<f64>) {
         let poses = 6 * self.pose_blocks.len();
         let n = poses + 3 * self.point_blocks.len();
-        let (mut matrix, mut side) = (vec![0.0; n * n], vec![0.0; n]);
+        let (mut matrix, mut rhs) = (vec![0.0; n * n], vec![0.0; n]);
         for (pose, block) in self.pose_blocks.iter().enumerate() {
             for i in 0..6 {
-                side[6 * pose + i] = self.pose_sides[pose][i];
+                rhs[6 * pose + i] = self.pose_rhs[pose][i];
                 for j in 0..6 {
                     matrix[(6 * pose + i) * n + 6 * pose + j] = block[(i, j)];
                 }
@@ -292,7 +292,7 @@ impl BlockEquations {
         for (point, block) in self.point_blocks.iter().enumerate() {
             for i in 0..3 {
                 let row = poses + 3 * point + i;
-                side[row] = self.point_sides[point][i];
+                rhs[row] = self.point_rhs[point][i];
                 for j in 0..3 {
                     matrix[row * n + poses + 3 * point + j] = block[(i, j)];
                 }
@@ -308,7 +308,7 @@ impl BlockEquations {
                 }
             }
         }
-        (matrix, side)
+        (matrix, rhs)
     }
 }
 
@@ -395,11 +395,11 @@ mod tests {
         let normal = problem.linearise();
         for damping in [0.0, 1e-4, 1.0] {
             let (by_pose, by_point) = normal.step(damping).unwrap();
-            let (mut matrix, mut side) = normal.dense(damping);
-            assert!(solve_cholesky(&mut matrix, &mut side));
+            let (mut matrix, mut rhs) = normal.dense(damping);
+            assert!(solve_cholesky(&mut matrix, &mut rhs));
             let steps = by_pose.iter().flat_map(|s| s.iter()).chain(by_point.iter().flat_map(|s| s.iter()));
             let mut compared = 0;
-            for (step, dense) in steps.zip(&side) {
+            for (step, dense) in steps.zip(&rhs) {
                 // 2^-53 times a condition of 1e7 (depth against lateral, held by a 7 cm baseline) times steps below 1.
                 assert!((step - dense).abs() < 1e-8, "damping {damping}: {step} against {dense}");
                 compared += 1;

@@ -38,8 +38,9 @@ named! {
 named! {
     /// Why a frame has no pose although there is a map.
     pub enum LossReason {
-        /// Neither the search around the prediction nor the one by descriptors found a pose.
-        Unsupported = "too few landmarks agree on a pose",
+        /// Neither the search around the prediction nor the one by descriptors found a pose that enough landmarks support and, near a
+        /// prediction, that lies within five sigma of it.
+        Unsupported = "no credible pose, neither near the prediction nor by descriptors",
         /// A pose was found, and its position is too uncertain: by descriptors alone, or for several frames in a row.
         Uncertain = "the position is too uncertain",
     }

@@ -1,4 +1,4 @@
-//! Loop closing: recognises a location that the map has drifted away from, corrects the poses between both visits, and merges duplicate
+//! Loop closing: recognises a place that the map has drifted away from, corrects the poses between both visits, and merges duplicate
 //! landmarks.
 //!
 //! Landmarks that were not found for long are recognised by descriptors, a pose must agree with them by geometry (P3P, refinement, a second
@@ -53,7 +53,7 @@ const RATIOS_MIN: usize = 10;
 /// on it.
 const DOUBT_SIGMAS2: f64 = 50.0;
 
-/// A recognised location that the next keyframe must confirm.
+/// A recognised place that the next keyframe must confirm.
 #[derive(Clone, Copy, Debug)]
 pub struct LoopCandidate {
     keyframe: u32,
@@ -71,7 +71,7 @@ pub struct Loop {
     offset: Pose,
 }
 
-/// Looks for an earlier visit of the location that a located frame sees.
+/// Looks for an earlier visit of the place that a located frame sees.
 pub fn recognise(
     frame: &Localiser<'_>,
     number: u64,
@@ -169,7 +169,7 @@ impl Loop {
         graph.nodes.last().map(|node| node.scale)
     }
 
-    /// Whether the way since the earlier visit may have drifted by the offset. What is farther off is another location that looks alike.
+    /// Whether the way since the earlier visit may have drifted by the offset. What is farther off is another place that looks alike.
     fn is_credible(&self, map: &Map, from: usize, has_scale: bool) -> bool {
         let (mut path_m, mut turn_rad) = (0.0, 0.0);
         for pair in map.keyframes[from..].windows(2) {
@@ -183,7 +183,7 @@ impl Loop {
     }
 
     /// Whether the last keyframe is held by landmarks of the earlier visit's time as well as by others: then nothing has drifted since,
-    /// and what was recognised is another location that looks alike.
+    /// and what was recognised is another place that looks alike.
     fn stands_on_both(&self, map: &Map, from: usize) -> bool {
         let (Some(last), earlier) = (map.keyframes.last(), map.keyframes[from].id) else { return false };
         let is_old = |landmark: &&Landmark| {

@@ -2,11 +2,11 @@
 //!
 //! Plain loops in one fixed order, so that the bits do not depend on the target.
 
-/// Solves `matrix * x = right` for a symmetric positive definite row-major matrix, of which the lower half is read. The
-/// solution replaces `right`, the factor replaces the lower half. False, with both spoilt, where the matrix is not positive.
+/// Solves `matrix * x = rhs` for a symmetric positive definite row-major matrix, of which the lower half is read. The
+/// solution replaces `rhs`, the factor replaces the lower half. False, with both spoilt, where the matrix is not positive.
 #[must_use]
-pub fn solve_cholesky(matrix: &mut [f64], right: &mut [f64]) -> bool {
-    let n = right.len();
+pub fn solve_cholesky(matrix: &mut [f64], rhs: &mut [f64]) -> bool {
+    let n = rhs.len();
     assert!(matrix.len() == n * n, "the matrix must be square and as large as its right side");
     for i in 0..n {
         let (above, row) = matrix.split_at_mut(i * n);
@@ -21,14 +21,14 @@ pub fn solve_cholesky(matrix: &mut [f64], right: &mut [f64]) -> bool {
             return false;
         }
         row[i] = pivot.sqrt();
-        right[i] = (right[i] - dot(&row[..i], &right[..i])) / row[i];
+        rhs[i] = (rhs[i] - dot(&row[..i], &rhs[..i])) / row[i];
     }
     for i in (0..n).rev() {
-        let mut sum = right[i];
+        let mut sum = rhs[i];
         for k in i + 1..n {
-            sum -= matrix[k * n + i] * right[k];
+            sum -= matrix[k * n + i] * rhs[k];
         }
-        right[i] = sum / matrix[i * n + i];
+        rhs[i] = sum / matrix[i * n + i];
     }
     true
 }
@@ -59,9 +59,9 @@ mod tests {
             };
             let truth: Vec<f64> = (0..n).map(|i| crate::num::f64_from_usize(i) - 2.5).collect();
             let mut matrix: Vec<f64> = (0..n * n).map(|k| at(k / n, k % n)).collect();
-            let mut right: Vec<f64> = (0..n).map(|i| (0..n).map(|j| at(i, j) * truth[j]).sum()).collect();
-            assert!(solve_cholesky(&mut matrix, &mut right));
-            for (found, truth) in right.iter().zip(&truth) {
+            let mut rhs: Vec<f64> = (0..n).map(|i| (0..n).map(|j| at(i, j) * truth[j]).sum()).collect();
+            assert!(solve_cholesky(&mut matrix, &mut rhs));
+            for (found, truth) in rhs.iter().zip(&truth) {
                 // 2^-53 times condition 14,400 times n times |x| = 60: 6e-9.
                 assert!((found - truth).abs() < 6e-9, "n {n}: {found} for {truth}");
             }

@@ -21,9 +21,10 @@ const GIVEN_UP_FRAMES: u64 = 15;
 const YOUNG_KEYFRAMES: usize = 6;
 const YOUNG_FRAMES: u64 = 30;
 
-/// Maximum number of consecutive frames with an uncertain position; the next one counts as lost, unless this many times the required
-/// number of landmarks agree on it: something close that has most of the corners makes a position uncertain, not wrong.
-const WEAK_FRAMES_MAX: u32 = 3;
+/// From so many consecutive frames with an uncertain position on, one counts as lost.
+const WEAK_FRAMES_LOST: u32 = 3;
+/// It does not where this many times the required number of landmarks agree on it: something close that has most of the corners makes a
+/// position uncertain, not wrong.
 const SUPPORTED_FACTOR: u32 = 4;
 
 impl Tracker {
@@ -52,7 +53,7 @@ impl Tracker {
         let supported = SUPPORTED_FACTOR * self.params.inliers_min;
         let Some((is_sound, located, status)) = judged.filter(|(is_sound, located, status)| {
             let is_supported = crate::num::u32_from(located.inliers.len()) >= supported;
-            *is_sound || (*status == Status::Tracked && (self.weak_frames < WEAK_FRAMES_MAX || is_supported))
+            *is_sound || (*status == Status::Tracked && (self.weak_frames < WEAK_FRAMES_LOST || is_supported))
         }) else {
             let loss = Some(if has_pose { LossReason::Uncertain } else { LossReason::Unsupported });
             let answer = TrackedFrame { loss, predicted_position_m, ..unlocated(t_s, Status::Lost, work) };
@@ -181,7 +182,7 @@ impl Tracker {
         history.keyframe = LastKeyframe { frame: self.frame, world_from_body, landmarks: tracked + expected };
     }
 
-    /// Looks for an earlier visit of the location that the last keyframe sees, and bends the map where two keyframes agree on one.
+    /// Looks for an earlier visit of the place that the last keyframe sees, and bends the map where two keyframes agree on one.
     pub(super) fn close_loop(
         &mut self,
         (t_s, views): (f64, &[CameraKeypoints]),

@@ -20,28 +20,28 @@ const RANK_TOLERANCE: f64 = 1e-10;
 struct Dense {
     n: usize,
     matrix: Vec<f64>,
-    side: Vec<f64>,
+    rhs: Vec<f64>,
     /// Information on each unknown if all others were known: what rounding is relative to.
     scale: Vec<f64>,
 }
 
 impl Prior {
-    /// From information over six unknowns a pose and others behind them, which are taken out (row-major, with its right side).
-    pub fn of_information(poses: Vec<(u32, Pose)>, kept: usize, (matrix, side): (Vec<f64>, Vec<f64>)) -> Option<Self> {
-        let n = side.len();
+    /// From information over six unknowns a pose and others behind them, which are taken out (row-major, with its right-hand side).
+    pub fn of_information(poses: Vec<(u32, Pose)>, kept: usize, (matrix, rhs): (Vec<f64>, Vec<f64>)) -> Option<Self> {
+        let n = rhs.len();
         let scale = (0..n).map(|k| matrix[k * (n + 1)]).collect();
-        let mut dense = Dense { n, matrix, side, scale };
+        let mut dense = Dense { n, matrix, rhs, scale };
         while let Some(pivot) = dense.pivot(kept..n) {
             dense.take_out(pivot);
         }
         // Rows whose squares sum to what is left of the information, with what each should give.
-        let (mut root, mut side) = (Vec::new(), Vec::new());
+        let (mut root, mut rhs) = (Vec::new(), Vec::new());
         while let Some(pivot) = dense.pivot(0..kept) {
-            let (row, right) = dense.take_out(pivot);
+            let (row, row_rhs) = dense.take_out(pivot);
             root.push(poses.iter().flat_map(|(pose, _)| row[6 * index(*pose)..][..6].to_vec()).collect());
-            side.push(right);
+            rhs.push(row_rhs);
         }
-        (!root.is_empty()).then_some(Self { poses, root, side })
+        (!root.is_empty()).then_some(Self { poses, root, rhs })
     }
 
     /// The pose at which derivatives are taken, where the prior has the pose.
@@ -56,8 +56,8 @@ impl Prior {
             .iter()
             .flat_map(|(pose, first)| se3_log(&poses[index(*pose)].then(&first.inverse())).to_array())
             .collect();
-        let error = |(row, side): (&Vec<f64>, &f64)| side - row.iter().zip(&moved).map(|(a, b)| a * b).sum::<f64>();
-        self.root.iter().zip(&self.side).map(error).collect()
+        let error = |(row, rhs): (&Vec<f64>, &f64)| rhs - row.iter().zip(&moved).map(|(a, b)| a * b).sum::<f64>();
+        self.root.iter().zip(&self.rhs).map(error).collect()
     }
 
     /// Sum of squared errors, in sigmas, to be added to a problem's cost.
@@ -65,16 +65,16 @@ impl Prior {
         self.errors(poses).iter().map(|error| error * error).sum()
     }
 
-    /// Adds information and right side to the normal equations of the first `side.len() / 6` poses (row-major, lower
+    /// Adds information and right-hand side to the normal equations of the first `rhs.len() / 6` poses (row-major, lower
     /// half at least).
-    pub fn add_to(&self, poses: &[Pose], matrix: &mut [f64], side: &mut [f64]) {
-        let n = side.len();
+    pub fn add_to(&self, poses: &[Pose], matrix: &mut [f64], rhs: &mut [f64]) {
+        let n = rhs.len();
         let indices: Vec<usize> =
             self.poses.iter().flat_map(|(pose, _)| (0..6).map(move |k| 6 * index(*pose) + k)).collect();
         assert!(indices.iter().all(|&at| at < n), "a prior speaks of free poses only");
         for (row, error) in self.root.iter().zip(self.errors(poses)) {
             for (&a, &x) in indices.iter().zip(row) {
-                side[a] += x * error;
+                rhs[a] += x * error;
                 for (&b, &y) in indices.iter().zip(row) {
                     matrix[a * n + b] += x * y;
                 }
@@ -96,9 +96,9 @@ impl Dense {
         let n = self.n;
         let root = self.matrix[pivot * (n + 1)].sqrt();
         let row: Vec<f64> = self.matrix[pivot * n..(pivot + 1) * n].iter().map(|x| x / root).collect();
-        let right = self.side[pivot] / root;
+        let row_rhs = self.rhs[pivot] / root;
         for i in 0..n {
-            self.side[i] -= row[i] * right;
+            self.rhs[i] -= row[i] * row_rhs;
             for j in 0..n {
                 self.matrix[i * n + j] -= row[i] * row[j];
             }
@@ -107,7 +107,7 @@ impl Dense {
         for k in 0..n {
             (self.matrix[pivot * n + k], self.matrix[k * n + pivot]) = (0.0, 0.0);
         }
-        self.side[pivot] = 0.0;
-        (row, right)
+        self.rhs[pivot] = 0.0;
+        (row, row_rhs)
     }
 }

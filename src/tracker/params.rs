@@ -17,7 +17,7 @@ pub struct TrackerParams {
     pub search_radius_wide_px: f64,
     /// Greatest descriptor distance of a match in bits, 1..=127. Unrelated descriptors differ in 128.
     pub distance_bits_max: u32,
-    /// LandmarkMatch landmarks that a pose must have, at least 6.
+    /// Matched landmarks that a pose must have, at least 6.
     pub inliers_min: u32,
     /// Landmarks that the first frame must give, at least 6.
     pub start_landmarks_min: u32,
@@ -41,7 +41,7 @@ pub struct TrackerParams {
     pub keyframes_max: u32,
     /// Bound of the map's memory in landmarks; at least 100.
     pub landmarks_max: u32,
-    /// Whether locations seen again bend the map.
+    /// Whether a loop closure corrects the map.
     pub loop_closing: bool,
     /// Whether rows are taken at their own times; else a frame's rows count as simultaneous.
     pub rolling_shutter: bool,

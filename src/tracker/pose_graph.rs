@@ -255,9 +255,9 @@ impl PoseGraph {
                 by_from.fill_column(6, 0.0);
             }
             let pull = information * weight;
-            let side = pull * Vector7::from(error.to_array());
-            system.add_side(from, &-(by_from.transpose() * side));
-            system.add_side(to, &-(by_to.transpose() * side));
+            let pulled = pull * Vector7::from(error.to_array());
+            system.add_rhs(from, &-(by_from.transpose() * pulled));
+            system.add_rhs(to, &-(by_to.transpose() * pulled));
             system.add_block(from, from, &(by_from.transpose() * pull * by_from));
             system.add_block(to, to, &(by_to.transpose() * pull * by_to));
             system.add_block(to, from, &(by_to.transpose() * pull * by_from));

@@ -56,5 +56,5 @@ pub struct Prior {
     /// Rows over six unknowns a pose; as many as directions were measured.
     pub(super) root: Vec<Vec<f64>>,
     /// What each row should give.
-    pub(super) side: Vec<f64>,
+    pub(super) rhs: Vec<f64>,
 }

@@ -49,7 +49,7 @@ pub type PoseJacobian = [[f64; 6]; 2];
 /// A measurement at a guess.
 #[derive(Clone, Copy, Debug)]
 pub struct Linear {
-    /// LandmarkMatch minus predicted, in sigmas.
+    /// Measured minus predicted, in sigmas.
     pub error: DVec2,
     /// Derivative of the prediction by the pose at the frame's time.
     pub by_pose: PoseJacobian,
@@ -214,7 +214,7 @@ const BOTH: usize = 12;
 struct FrameEquations {
     n: usize,
     matrix: [f64; BOTH * BOTH],
-    side: [f64; BOTH],
+    rhs: [f64; BOTH],
 }
 
 /// The problem of one frame.
@@ -320,9 +320,9 @@ impl FrameProblem<'_> {
     /// The state after a damped step, its cost, and the step's squared length.
     fn damped_step(&self, state: &Moving, normal: &FrameEquations, damping: f64) -> Option<(Moving, f64, f64)> {
         let n = normal.n;
-        let (mut matrix, mut step) = (normal.matrix, normal.side);
+        let (mut matrix, mut step) = (normal.matrix, normal.rhs);
         for k in 0..n {
-            // The floor keeps a direction that nothing measures (no features, all on a line of keypoint) solvable and at rest.
+            // The floor keeps a direction that nothing measures (no features, all on a line of sight) solvable and at rest.
             matrix[k * (n + 1)] += damping * matrix[k * (n + 1)] + 1e-6;
         }
         if !solve_cholesky(&mut matrix[..n * n], &mut step[..n]) {
@@ -338,7 +338,7 @@ impl FrameProblem<'_> {
 
     fn normal_equations(&self, state: &Moving, weight_of: impl Fn(f64) -> f64) -> FrameEquations {
         let n = if self.known.rate.is_some() { BOTH } else { POSE };
-        let mut normal = FrameEquations { n, matrix: [0.0; BOTH * BOTH], side: [0.0; BOTH] };
+        let mut normal = FrameEquations { n, matrix: [0.0; BOTH * BOTH], rhs: [0.0; BOTH] };
         let rotation = DMat3::from_quat(state.body_from_world.rotation);
         for m in self.measurements {
             let in_body_m = rotation * m.point_in_world_m + state.body_from_world.translation_m;
@@ -363,13 +363,13 @@ impl FrameProblem<'_> {
         if let Some(prior) = self.known.pose {
             let pull = prior.information * prior.deviation(&state.body_from_world);
             for i in 0..POSE {
-                normal.side[i] -= pull[i];
+                normal.rhs[i] -= pull[i];
                 (0..=i).for_each(|j| normal.matrix[i * n + j] += prior.information[(i, j)]);
             }
         }
         if let Some(prior) = self.known.rate {
             for (k, (error, scale)) in prior.error(&state.rate).into_iter().zip(prior.inverse_sigmas()).enumerate() {
-                normal.side[POSE + k] += scale * error;
+                normal.rhs[POSE + k] += scale * error;
                 normal.matrix[(POSE + k) * (n + 1)] += scale * scale;
             }
         }
@@ -382,7 +382,7 @@ impl FrameEquations {
     fn add<const N: usize>(&mut self, row: &[f64; BOTH], weight: f64, error: f64) {
         for i in 0..N {
             let weighted = weight * row[i];
-            self.side[i] += weighted * error;
+            self.rhs[i] += weighted * error;
             for j in 0..=i {
                 self.matrix[i * N + j] += weighted * row[j];
             }

@@ -355,15 +355,15 @@ fn common_root(lines: &[ScaleLine], agreeing_min: usize) -> Option<f64> {
     let (mut scale, _) = roots.map(|root| (root, cost(root))).reduce(|a, b| if b.1 < a.1 { b } else { a })?;
     let (mut information, mut agreeing) = (0.0, 0);
     for _ in 0..5 {
-        let mut side = 0.0;
+        let mut rhs = 0.0;
         (information, agreeing) = (0.0, 0);
         for line in lines.iter().filter(|line| error2(line, scale) <= GATE_SIGMAS2) {
             let weight = 1.0 / (line.sigma_m(scale) * line.sigma_m(scale));
             information += weight * line.slope * line.slope;
-            side -= weight * line.slope * line.rest_m;
+            rhs -= weight * line.slope * line.rest_m;
             agreeing += 1;
         }
-        scale = side / information;
+        scale = rhs / information;
     }
     let is_known = scale > 0.0 && scale * SCALE_SIGMA_MAX * information.sqrt() >= 1.0;
     (is_known && agreeing >= agreeing_min && 2 * agreeing >= lines.len()).then_some(scale)

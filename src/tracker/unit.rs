@@ -110,6 +110,6 @@ mod tests {
         multiply(&mut held, 7.0);
         // Positions of 500 px rounded by 2^-53 some hundred times, half a pixel a sigma: squares of 10 sigmas move by 2e-10.
         let moved = before.iter().zip(held.errors2()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        assert!(moved < 1e-9 && before.len() >= 100, "{moved} over {} places", before.len());
+        assert!(moved < 1e-9 && before.len() >= 100, "{moved} over {} errors", before.len());
     }
 }

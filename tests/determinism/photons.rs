@@ -1,4 +1,4 @@
-//! Which keys reach the photons: those of scene, light, lens, motion, exposure windows and render, and no others.
+//! Which keys reach the photons: those of scene, light, lens, motion, row exposures and render, and no others.
 
 use std::collections::BTreeSet;
 

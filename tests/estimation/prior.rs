@@ -32,8 +32,8 @@ fn a_prior_says_what_the_schur_complement_says_and_nothing_of_a_direction_withou
         let poses = [se3_exp(twist(3)), se3_exp(twist(4))];
         let whole = (information.transpose().as_slice().to_vec(), right.as_slice().to_vec());
         let prior = Prior::of_information(vec![(0, poses[0]), (1, poses[1])], POSES, whole).unwrap();
-        let (mut matrix, mut side) = ([0.0; POSES * POSES], [0.0; POSES]);
-        prior.add_to(&poses, &mut matrix, &mut side);
+        let (mut matrix, mut rhs) = ([0.0; POSES * POSES], [0.0; POSES]);
+        prior.add_to(&poses, &mut matrix, &mut rhs);
 
         let coupling = information.fixed_view::<POSES, OTHERS>(0, POSES);
         let gain = coupling * information.fixed_view::<OTHERS, OTHERS>(POSES, POSES).try_inverse().unwrap();
@@ -41,9 +41,9 @@ fn a_prior_says_what_the_schur_complement_says_and_nothing_of_a_direction_withou
         let left_side = right.fixed_rows::<POSES>(0) - gain * right.fixed_rows::<OTHERS>(POSES);
         // Sums of 60 products of normal numbers, about 60 each, on a diagonal that stays above 10: some hundred roundings of 2^-53 of 100.
         let off = (SMatrix::<f64, POSES, POSES>::from_row_slice(&matrix) - left).amax();
-        let off_side = (SVector::<f64, POSES>::from_row_slice(&side) - left_side).amax();
+        let off_side = (SVector::<f64, POSES>::from_row_slice(&rhs) - left_side).amax();
         assert!(off < 1e-10 && off_side < 1e-10, "seed {seed}: {off:e}, {off_side:e}");
-        assert!((0..POSES).all(|k| matrix[8 * POSES + k] == 0.0) && side[8] == 0.0, "seed {seed}");
+        assert!((0..POSES).all(|k| matrix[8 * POSES + k] == 0.0) && rhs[8] == 0.0, "seed {seed}");
         assert!(prior.first_estimate(1) == Some(poses[1]) && prior.first_estimate(2).is_none(), "seed {seed}");
         assert!(prior.cost(&poses) > 0.0, "seed {seed}");
     }

@@ -18,7 +18,7 @@ fn params() -> AdcParams {
 
 pub fn run(stage: &mut Stage) {
     ties(stage);
-    edges(stage);
+    ramp_levels(stage);
     blocks(stage);
     bows(stage);
     kickback(stage);
@@ -44,18 +44,18 @@ fn exact_nv(sample_uv: f32) -> i128 {
     if sample_uv < 0.0 { -size } else { size }
 }
 
-/// Edge k of a plain ramp, halves up.
-fn exact_edge(params: &AdcParams, k: u32) -> i128 {
+/// Ramp level k of a plain ramp, halves up.
+fn exact_ramp_level(params: &AdcParams, k: u32) -> i128 {
     (i128::from(k) * i128::from(params.span_nv()) * 2 + (1 << params.bits)) >> (params.bits + 1)
 }
 
-/// Edges at or below the sample plus pedestal, counted by bisection of the exact edges.
+/// Ramp levels at or below the sample plus pedestal, counted by bisection of the exact ones.
 fn exact_code(params: &AdcParams, sample_uv: f32) -> u32 {
-    let level = exact_nv(sample_uv) + exact_edge(params, params.pedestal_lsb());
+    let level = exact_nv(sample_uv) + exact_ramp_level(params, params.pedestal_lsb());
     let (mut low, mut high) = (0, params.code_max());
     while low < high {
         let middle = low + (high - low).div_ceil(2);
-        if exact_edge(params, middle) <= level { low = middle } else { high = middle - 1 }
+        if exact_ramp_level(params, middle) <= level { low = middle } else { high = middle - 1 }
     }
     low
 }
@@ -81,9 +81,9 @@ fn ties(stage: &mut Stage) {
     }
 }
 
-/// A sample on an edge, a nanovolt below it, and between; at every depth. Samples are named by the f32 nearest to a level, so at wide spans
-/// they are off the edge by its rounding; the reference sees the same f32.
-fn edges(stage: &mut Stage) {
+/// A sample on a ramp level, a nanovolt below it, and between; at every depth. Samples are named by the f32 nearest to a level, so at wide
+/// spans they are off the level by its rounding; the reference sees the same f32.
+fn ramp_levels(stage: &mut Stage) {
     let sides = &["on an edge", "1 nV below", "anywhere"];
     let case = stage.case("ramps of 1 to 16 bits at their edges", "128-bit rational edges", "LSB", sides);
     let mut chance = Chance::new(302);
@@ -102,8 +102,8 @@ fn edges(stage: &mut Stage) {
             let mut samples = Vec::new();
             for _ in 0..40 {
                 let k = 1 + sensel::num::low_u32(chance.below(u64::from(code_max)));
-                samples.push(converter.sample_uv(converter.edge_nv(k)));
-                samples.push(converter.sample_uv(converter.edge_nv(k) - 1));
+                samples.push(converter.sample_uv(converter.ramp_level_nv(k)));
+                samples.push(converter.sample_uv(converter.ramp_level_nv(k) - 1));
                 samples.push(f32_nearest(chance.between(-0.2, 1.2) * params.full_scale_uv));
             }
             let mut codes = vec![0; samples.len()];
@@ -130,16 +130,16 @@ fn blocks(stage: &mut Stage) {
         let params =
             AdcParams { bits, cds: Cds::None, black_level_dn: 5, full_scale_uv: chance.decade(3e3, 3e6), ..params() };
         let converter = Converter::new(&params);
-        let with_edges = number % 3 == 0;
+        let with_ramp_levels = number % 3 == 0;
         let mut samples: Vec<f32> =
             (0..64).map(|_| f32_nearest(chance.between(-0.05, 1.05) * params.full_scale_uv)).collect();
-        if with_edges {
+        if with_ramp_levels {
             let k = 1 + sensel::num::low_u32(chance.below(u64::from(params.code_max())));
-            samples[index(number % 64)] = converter.sample_uv(converter.edge_nv(k));
+            samples[index(number % 64)] = converter.sample_uv(converter.ramp_level_nv(k));
         }
         let mut codes = vec![0; 64];
         converter.convert_row(&samples, &[], &mut codes);
-        let side = if deep { 2 } else { usize::from(with_edges) };
+        let side = if deep { 2 } else { usize::from(with_ramp_levels) };
         for (&sample_uv, &code) in samples.iter().zip(&codes) {
             let exact = exact_code(&params, sample_uv);
             let error = (f64::from(code) - f64::from(exact)).abs();
@@ -150,7 +150,7 @@ fn blocks(stage: &mut Stage) {
 
 /// The parabola takes 4 h (N - 3) / N^2 off the last of N steps, or 4 h (N - 1) / N^2 off the first where it hangs down. Where that is
 /// more than the step levels would be crossed twice, so the ramp is refused; up to it every level is crossed once, and bisection counts
-/// what a scan of all edges counts.
+/// what a scan of all ramp levels counts.
 fn bows(stage: &mut Stage) {
     let sides = &["rises throughout", "falls at an end"];
     let case = stage.case("a bowed ramp that would cross a level twice", "scan of all edges", "LSB or yes/no", sides);
@@ -175,17 +175,17 @@ fn bows(stage: &mut Stage) {
             }
             params.check().unwrap_or_else(|error| panic!("{bits} bits, bow {inl} LSB: {error}"));
             let converter = Converter::new(&params);
-            let edges: Vec<i64> = (0..=params.code_max()).map(|k| converter.edge_nv(k)).collect();
-            case.hold(0, edges.is_sorted(), || format!("{bits} bits, bow {inl} LSB falls"));
+            let ramp_levels_nv: Vec<i64> = (0..=params.code_max()).map(|k| converter.ramp_level_nv(k)).collect();
+            case.hold(0, ramp_levels_nv.is_sorted(), || format!("{bits} bits, bow {inl} LSB falls"));
             let mut samples = Vec::new();
-            for &edge_nv in &edges {
-                samples.extend([-1, 0, 1].map(|step| converter.sample_uv(edge_nv + step)));
+            for &ramp_level_nv in &ramp_levels_nv {
+                samples.extend([-1, 0, 1].map(|step| converter.sample_uv(ramp_level_nv + step)));
             }
             let mut codes = vec![0; samples.len()];
             converter.convert_row(&samples, &[], &mut codes);
             for (&sample_uv, &code) in samples.iter().zip(&codes) {
                 let level_nv = converter.level_nv(sample_uv);
-                let counted = edges[1..].iter().filter(|&&edge_nv| edge_nv <= level_nv).count();
+                let counted = ramp_levels_nv[1..].iter().filter(|&&ramp_level_nv| ramp_level_nv <= level_nv).count();
                 let error = (f64::from(code) - sensel::num::f64_from_usize(counted)).abs();
                 case.see(0, error, 0.0, || format!("{bits} bits, bow {inl} LSB, {sample_uv} uV: {code} for {counted}"));
             }
@@ -206,7 +206,7 @@ fn kickback(stage: &mut Stage) {
         let converter = Converter::new(&params);
         // Few levels, many columns: most clocks with a crossing have several.
         let levels: Vec<f32> = (0..6)
-            .map(|_| converter.sample_uv(converter.edge_nv(100 + sensel::num::low_u32(chance.below(12)))))
+            .map(|_| converter.sample_uv(converter.ramp_level_nv(100 + sensel::num::low_u32(chance.below(12)))))
             .collect();
         let samples: Vec<f32> = (0..48).map(|_| levels[index(sensel::num::low_u32(chance.below(6)))]).collect();
         let convert = |converter: &Converter, samples: &[f32]| {
@@ -228,18 +228,18 @@ fn kickback(stage: &mut Stage) {
     }
 }
 
-/// Around the last edge and far beyond it, around nothing and far below it; f32's ends and what is no number.
+/// Around the last ramp level and far beyond it, around nothing and far below it; f32's ends and what is no number.
 fn clipped(stage: &mut Stage) {
     let case = stage.case("crossings at and beyond the clip", "128-bit integers", "LSB", &["bottom", "top"]);
     for bits in [1_u32, 2, 10, 14, 15, 16] {
         let params = AdcParams { bits, cds: Cds::None, black_level_dn: 0, full_scale_uv: 8192.0, ..params() };
         let converter = Converter::new(&params);
-        let last_nv = converter.edge_nv(params.code_max());
+        let last_nv = converter.ramp_level_nv(params.code_max());
         let sample = |nv: i64| f32_nearest(f64_from_i64(nv) / 1000.0);
         let around = |nv: i64| [-2, -1, 0, 1, 2].map(|step| sample(nv + step));
         let ends = [
             (0, [f32::NEG_INFINITY, f32::MIN, -1e9, -f32::MIN_POSITIVE, f32::NAN], Some(0)),
-            (0, around(converter.edge_nv(1)), None),
+            (0, around(converter.ramp_level_nv(1)), None),
             (1, around(last_nv), None),
             (1, [1e9, 1e30, f32::MAX, f32::INFINITY, sample(2 * last_nv + 10)], Some(params.code_max())),
         ];

@@ -59,13 +59,13 @@ pub const TESTS: &[[&str; 4]] = &[
         "optics",
         "round trips to the rim of every lens",
         "src/optics/lens/wide_tests.rs",
-        "places_and_bearings_return_to_themselves_up_to_the_rim",
+        "positions_and_bearings_return_to_themselves_up_to_the_rim",
     ],
     [
         "optics",
-        "two bearings never share a place",
+        "two bearings never share a position",
         "src/optics/lens/tests.rs",
-        "no_two_bearings_of_the_domain_share_a_place",
+        "no_two_bearings_of_the_domain_share_a_position",
     ],
     [
         "draw",

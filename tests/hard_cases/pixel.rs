@@ -2,7 +2,7 @@
 //! chain runs them.
 
 use sensel::config::Resolved;
-use sensel::draw::{DrawKey, RowAddress, fill_uniforms};
+use sensel::draw::{DrawKey, RowId, fill_uniforms};
 use sensel::effect::{ArrayPass, Effect, KeptKeys, RowPass};
 use sensel::num::{f32_nearest, f64_from_usize, i64_truncated};
 use sensel::pixel::{
@@ -16,8 +16,7 @@ use super::double_double::{Dd, LN_2, dd};
 use super::draw::outside;
 use super::table::{Chance, Stage};
 
-const ADDRESS: RowAddress =
-    RowAddress { seed: 7, camera: CameraIndex(0), frame: FrameIndex(3), slot: 0, row: RowIndex(0) };
+const ROW_ID: RowId = RowId { seed: 7, camera: CameraIndex(0), frame: FrameIndex(3), slot: 0, row: RowIndex(0) };
 
 fn params() -> PixelParams {
     Resolved::from_layers("hard", "", &["scene.generator=box".to_owned()])
@@ -31,7 +30,7 @@ fn params() -> PixelParams {
 fn through(effect: &dyn Effect, values: &mut [f32], reset: &mut [f32], times_s: [f64; 2]) {
     let (mut uniforms, mut draws) = (vec![0; values.len()], vec![0.0; values.len()]);
     let mut pass = RowPass {
-        address: ADDRESS,
+        row_id: ROW_ID,
         die_seed: 9,
         exposure_s: times_s[0],
         storage_s: times_s[1],
@@ -49,7 +48,7 @@ fn through(effect: &dyn Effect, values: &mut [f32], reset: &mut [f32], times_s: 
 
 /// An array through one of the effects that need all of it; what it leaves behind.
 fn through_array(effect: &dyn Effect, charge_e: &mut Plane<f32>) -> Option<Plane<f32>> {
-    let mut pass = ArrayPass { address: ADDRESS, charge_e, before_e: None, left_e: None };
+    let mut pass = ArrayPass { row_id: ROW_ID, charge_e, before_e: None, left_e: None };
     effect.apply_to_array(&mut pass);
     pass.left_e
 }
@@ -98,7 +97,7 @@ fn thinning(stage: &mut Stage) {
     let reference = "distribution function in double-double";
     let case = stage.case(name, reference, "probability", &["summed", "mirrored sum", "expansion"]);
     let mut uniforms = vec![0; 400];
-    fill_uniforms(DrawKey::of_row(ImageLag::NUMBER, ADDRESS), &mut uniforms);
+    fill_uniforms(DrawKey::of_row(ImageLag::NUMBER, ROW_ID), &mut uniforms);
     for (n, share) in [
         (1_u32, 1e-9),
         (1000, 1e-9),
@@ -278,8 +277,8 @@ fn telegraph(stage: &mut Stage) {
     let count = 60_000;
     for (side, rts_rate_hz) in [(0, 1e-12), (0, 1e-13), (1, 100.0), (1, 1e4), (2, 1e9)] {
         let params = PixelParams { rts_ppm: 1e6, rts_amplitude_uv: 100.0, rts_rate_hz, ..params() };
-        let sampling = SampleTiming { samples: SampledLevels::Difference, interval_s: 1e-5 };
-        let effect = RtsNoise::from_params(&params, sampling).expect("traps are heard");
+        let timing = SampleTiming { samples: SampledLevels::Difference, interval_s: 1e-5 };
+        let effect = RtsNoise::from_params(&params, timing).expect("traps are heard");
         let mut row = vec![0.0_f32; count];
         through(&*effect, &mut row, &mut [], [0.01, 0.0]);
         let changed = f64_from_usize(row.iter().filter(|&&uv| uv != 0.0).count()) / f64_from_usize(count);

@@ -33,10 +33,10 @@ fn f64_of(value: i128) -> f64 {
     whole(value).f64()
 }
 
-/// Hilbert's matrix times the multiple, and whole solutions: right sides are whole as well and below 2^53, so nothing is rounded before
-/// the solver. Condition numbers are known (Todd 1961). Cholesky's error is below 4 n^2 * 2^-53 of the condition (Higham, "Accuracy and
-/// Stability of Numerical Algorithms", theorem 10.4: n (3 n + 1) and a little). A last unknown that is a mean w of two others, or one of
-/// them, leaves a pivot of 0; roundings leave (n + 1) 2^-53 (1 + sum |w|)^2 of what was there, at most 4e-15 for n = 8 and a sum of 1,
+/// Hilbert's matrix times the multiple, and whole solutions: right-hand sides are whole as well and below 2^53, so nothing is rounded
+/// before the solver. Condition numbers are known (Todd 1961). Cholesky's error is below 4 n^2 * 2^-53 of the condition (Higham, "Accuracy
+/// and Stability of Numerical Algorithms", theorem 10.4: n (3 n + 1) and a little). A last unknown that is a mean w of two others, or one
+/// of them, leaves a pivot of 0; roundings leave (n + 1) 2^-53 (1 + sum |w|)^2 of what was there, at most 4e-15 for n = 8 and a sum of 1,
 /// under the 1e-14 that refuse. A Hilbert matrix whose condition is beyond f64 must be refused as well.
 fn systems(stage: &mut Stage) {
     const CONDITIONS: [f64; 9] = [1.0, 19.3, 525.0, 1.56e4, 4.77e5, 1.5e7, 4.76e8, 1.53e10, 4.94e11];

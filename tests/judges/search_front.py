@@ -69,7 +69,7 @@ def volume(folder, sampler, seed, more="", name="", cells=CELLS):
     state = searched(folder, sampler, seed, more, name, cells)
     # A round with rungs may end before the last cells, which are fewer than a design costs.
     assert cells - 4 < state.cells <= cells if more else state.cells == cells, state.cells
-    found = [stand_in.truth(one.design.is_) for one in front(state.wish, state.summaries())]
+    found = [stand_in.truth(one.design.is_) for one in front(state.goals, state.summaries())]
     return hypervolume([list(one) for one in found], list(stand_in.REFERENCE))
 
 

@@ -10,7 +10,7 @@ import numpy
 from scipy import special
 from sensel_sweep.search import file, space, thompson
 from sensel_sweep.search.batch import Result, Run
-from sensel_sweep.search.designs import Design, Wanted, excess_of, front, summary
+from sensel_sweep.search.designs import Design, Goals, excess_of, front, summary
 from sensel_sweep.search.file import Objective, constraint
 from sensel_sweep.search.scatter import Scatter, at_share, scatter_of
 
@@ -127,7 +127,7 @@ def processes_find_the_edge_of_a_constraint():
     assert not factors[0].is_whole and len(factors) > 2
     search = replace(SEARCH, factors=factors, batch=8)
     limit = constraint("tracking.ate_m < 0.010")
-    wish = Wanted((Objective("energy.power_mw"),), (limit,), {})
+    goals = Goals((Objective("energy.power_mw"),), (limit,), {})
     generator = numpy.random.Generator(numpy.random.PCG64(8))
 
     def run(is_):
@@ -146,22 +146,22 @@ def processes_find_the_edge_of_a_constraint():
     for kind in ("processes", "chance"):
         designs = [designed(at, is_) for at, is_ in enumerate(start)]
         for turn in range(1, 6):
-            summaries = [summary(wish, one) for one in designs]
-            found = list(thompson.sampled(search, wish, summaries, turn))
-            assert found == list(thompson.sampled(search, wish, summaries, turn)) and len(found) == search.batch
+            summaries = [summary(goals, one) for one in designs]
+            found = list(thompson.sampled(search, goals, summaries, turn))
+            assert found == list(thompson.sampled(search, goals, summaries, turn)) and len(found) == search.batch
             assert len({tuple(is_.values()) for is_ in found}) == search.batch and not any(one.design.is_ in found for one in summaries)
             assert all(factor.low <= is_[factor.name] <= factor.high for is_ in found for factor in factors)
             found = found if kind == "processes" else itertools.islice(space.drawn(search, generator), search.batch)
             designs += [designed(len(designs) + at, is_) for at, is_ in enumerate(found)]
-        ends[kind] = [one.means[0] - least for one in front(wish, [summary(wish, one) for one in designs])][0]
+        ends[kind] = [one.means[0] - least for one in front(goals, [summary(goals, one) for one in designs])][0]
     # A draw of three standard deviations is 0.09 of the error's logarithm: 0.64 mW below the least power that keeps the limit.
     assert -0.65 < ends["processes"] < 0.25 and abs(ends["processes"]) < 0.5 * ends["chance"], ends
 
     # A limit on a share of the runs is tightened evenly up to what the best design keeps: proposals lie at the limit and far below it.
-    summaries = [summary(wish, one) for one in designs]
+    summaries = [summary(goals, one) for one in designs]
     below = {}
     for own in (limit, replace(limit, share=0.99)):
-        asked = replace(wish, constraints=(own,))
+        asked = replace(goals, constraints=(own,))
         proposed = [is_ for turn in range(6, 12) for is_ in thompson.sampled(search, asked, summaries, turn)]
         errors = [run(is_).figures[limit.figure] / limit.limit for is_ in proposed]
         below[own.share] = [sum(error < share for error in errors) / len(errors) for share in (0.75, 0.9, 1.0)]
@@ -169,9 +169,9 @@ def processes_find_the_edge_of_a_constraint():
 
     # A margin that no design can have is not asked for: the best design decides how far a limit is tightened.
     rows = [replace(one, excess=(excess, 0.0)) for one, excess in zip(summaries, (0.2, -0.05))]
-    ((values, most),) = thompson.constraints_of(replace(wish, constraints=(replace(limit, share=0.99),)), rows)
+    ((values, most),) = thompson.constraints_of(replace(goals, constraints=(replace(limit, share=0.99),)), rows)
     assert values.tolist() == [0.2, -0.05] and most == 0.05
-    ((_, most),) = thompson.constraints_of(wish, rows)
+    ((_, most),) = thompson.constraints_of(goals, rows)
     assert most == 0.0
 
 

@@ -13,14 +13,14 @@ from optuna._hypervolume import compute_hypervolume
 from scipy import special
 from sensel_sweep.search import beside, choice, file, propose, rungs, space, sureness
 from sensel_sweep.search.batch import Result, Run
-from sensel_sweep.search.designs import Design, Wanted, excess_of, front, hypervolume, summaries_of, summary
+from sensel_sweep.search.designs import Design, Goals, excess_of, front, hypervolume, summaries_of, summary
 from sensel_sweep.search.file import Objective, constraint
 from sensel_sweep.search.outcome import Held, Judged, Mean, chosen, kept_of, mean_of
 from sensel_sweep.search.racing import near_front, residual_sd, to_confirm
 
 SEARCH = file.read(Path(__file__).parents[2] / "scenes/studies/hall_power.toml")
 TRACKED = constraint("tracking.tracked_fraction >= 1")
-WISH = Wanted((Objective("energy.power_mw"), Objective("tracking.ate_m")), (TRACKED,), {"tracking.": TRACKED})
+GOALS = Goals((Objective("energy.power_mw"), Objective("tracking.ate_m")), (TRACKED,), {"tracking.": TRACKED})
 
 
 def result(power_mw, ate_m, tracked=1.0):
@@ -46,12 +46,12 @@ def volumes_agree():
 
 
 def a_lost_track_is_no_number():
-    lost = summary(WISH, design(0, [result(10.0, 0.01), result(12.0, 5.0, tracked=0.5)]))
+    lost = summary(GOALS, design(0, [result(10.0, 0.01), result(12.0, 5.0, tracked=0.5)]))
     assert lost.means == (11.0, 0.01) and not lost.is_feasible, lost
-    nothing = summary(WISH, design(1, [Result(True, {})]))
+    nothing = summary(GOALS, design(1, [Result(True, {})]))
     assert nothing.means == (None, None) and not nothing.is_feasible, nothing
-    kept = summary(WISH, design(2, [result(11.0, 0.02)]))
-    assert kept.is_feasible and [one.design.number for one in front(WISH, [lost, nothing, kept])] == [2]
+    kept = summary(GOALS, design(2, [result(11.0, 0.02)]))
+    assert kept.is_feasible and [one.design.number for one in front(GOALS, [lost, nothing, kept])] == [2]
 
 
 def shares_pick_the_run():
@@ -80,7 +80,7 @@ def noise_is_what_shifts_leave():
     def runs(level):
         return [result(10.0, level * math.exp(shift + generator.gauss(0.0, 0.1))) for shift in shifts]
 
-    found, is_log = residual_sd(WISH, [summary(WISH, design(number, runs(0.01 * 1.5**number))) for number in range(60)], 1)
+    found, is_log = residual_sd(GOALS, [summary(GOALS, design(number, runs(0.01 * 1.5**number))) for number in range(60)], 1)
     # 413 degrees of freedom: a standard error of 3.5 %.
     assert is_log and abs(found / 0.1 - 1.0) < 4 * 0.035, found
 
@@ -93,7 +93,7 @@ def a_race_keeps_what_may_be_best():
 
     crowd = [design(number, runs(30.0 + number, 0.05)) for number in range(40)]
     best, close, beaten = design(40, runs(10.0, 0.01)), design(41, runs(10.1, 0.0101)), design(42, runs(13.0, 0.02))
-    kept = {one.design.number for one in near_front(WISH, [summary(WISH, one) for one in [*crowd, best, close, beaten]])}
+    kept = {one.design.number for one in near_front(GOALS, [summary(GOALS, one) for one in [*crowd, best, close, beaten]])}
     assert kept == {40, 41}, kept
 
 
@@ -103,23 +103,23 @@ def designs_beside_the_best_stay_in_the_space():
     is_ = {factor.name: factor.at(0.5) for factor in factors}
     known = replace(design(0, [result(10.0, 0.01)]), is_=is_)
     worse = replace(design(1, [result(20.0, 0.02)]), is_={factor.name: factor.at(0.99) for factor in factors})
-    summaries = [summary(WISH, known), summary(WISH, worse)]
-    for proposed in itertools.islice(propose.beside_best(SEARCH, WISH, summaries, 3), 200):
+    summaries = [summary(GOALS, known), summary(GOALS, worse)]
+    for proposed in itertools.islice(propose.beside_best(SEARCH, GOALS, summaries, 3), 200):
         assert sum(proposed[name] != value for name, value in is_.items()) <= 2, proposed
         for factor in factors:
             inside = factor.low <= proposed[factor.name] <= factor.high if factor.is_range else proposed[factor.name] in factor.choices
             assert inside, (factor.name, proposed)
     # Rates 2 of 3, bits 2, clocks 2 of 4, descriptor's bits 2 of 3, link's clocks 2 of 3 (the middle ones), each once.
     around = list(space.steps(SEARCH, is_))
-    assert len(around) == 10 and all(one in around for one in itertools.islice(propose.beside_best(SEARCH, WISH, summaries, 3), 10)), around
+    assert len(around) == 10 and all(one in around for one in itertools.islice(propose.beside_best(SEARCH, GOALS, summaries, 3), 10)), around
     for factor in factors:
         for share in (0.0, 0.3, 0.999):
             value = factor.at(share)
             # Rounding to whole numbers, or to four digits, moves a value by less than a twentieth of these ranges.
             assert not factor.is_range or abs(factor.share(value) - share) < 0.05, (factor.name, share)
             assert factor.is_range or not factor.is_scale or space.moved(factor, value, generator) != value
-    lost = summary(WISH, replace(design(2, [result(5.0, 0.01, tracked=0.5)]), is_=is_))
-    assert list(propose.beside_best(SEARCH, WISH, [lost], 3)) == []
+    lost = summary(GOALS, replace(design(2, [result(5.0, 0.01, tracked=0.5)]), is_=is_))
+    assert list(propose.beside_best(SEARCH, GOALS, [lost], 3)) == []
 
 
 def files_are_read():
@@ -145,17 +145,17 @@ def a_rung_is_judged_by_ranks():
     # Half of the pose error in the same order; one pair of neighbours swapped.
     order = [0, 1, 2, 4, 3, 5, 6, 7]
     low = [design(number, [result(10.0 + number, 0.005 * (1.0 + order[number]))]) for number in range(8)]
-    power, ate, tracked = rungs.agreements(WISH, full, low)
+    power, ate, tracked = rungs.agreements(GOALS, full, low)
     # 1 - 6 sum d^2 / (n (n^2 - 1)) with two d of 1.
     assert power.correlation == 1.0 and abs(ate.correlation - (1.0 - 12.0 / 504.0)) < 1e-12 and tracked.correlation is None
     assert abs(ate.ratio - 2.0) < 1e-9 and ate.interval[0] < ate.correlation < ate.interval[1] <= 1.0
     rung = file.Rung("half", 0.5, {}, 1, 0, 0.5, 0.5, 0.97)
     found = [power, ate, tracked]
-    assert rungs.is_used(rung, found, WISH) and not rungs.is_used(replace(rung, correlation=0.98), found, WISH)
+    assert rungs.is_used(rung, found, GOALS) and not rungs.is_used(replace(rung, correlation=0.98), found, GOALS)
     # Too few designs tell nothing, and a rung that nobody measured is not used.
-    assert not rungs.is_used(rung, rungs.agreements(WISH, full[:5], low[:5]), WISH)
+    assert not rungs.is_used(rung, rungs.agreements(GOALS, full[:5], low[:5]), GOALS)
     # The rung's figures count in the unit of full ones.
-    assert abs(rungs.scaled(WISH, found, low[0]).means[1] - 0.01) < 1e-9
+    assert abs(rungs.scaled(GOALS, found, low[0]).means[1] - 0.01) < 1e-9
     # Two designs pass for each that runs: 1 + 2 * 0.5 cells.
     search = replace(SEARCH, seeds=1, seeds_most=1, trajectories=((None, {}),))
     assert rungs.cells_of_design(search, [rung]) == 2.0 and rungs.widened(3, [rung]) == 6 and rungs.full_cells(search, rung, 5) == 3
@@ -167,20 +167,20 @@ def fronts_move_by_more_than_the_runs_leave_open_or_not():
         mean = (Mean(power_mw, (power_mw - 1.0, power_mw + 1.0), 20, 0), Mean(ate_m, (ate_m - 0.001, ate_m + 0.001), 20, 0))
         return Held(mean, (kept_of(*met, None),))
 
-    def apart(wish, *sides):
-        here, there = sureness.volumes(wish, sides)
+    def apart(goals, *sides):
+        here, there = sureness.volumes(goals, sides)
         low, high = sureness.interval_of(here.draws - there.draws)
         return not low <= 0.0 <= high
 
     here = [held(10.0, 0.02), held(20.0, 0.01), held(30.0, 0.03)]
-    assert not apart(WISH, here, here) and apart(WISH, here, [held(7.0, 0.007)]) and apart(WISH, here, [held(20.0, 0.02)])
-    one = Wanted((Objective("energy.power_mw"),), (), {})
+    assert not apart(GOALS, here, here) and apart(GOALS, here, [held(7.0, 0.007)]) and apart(GOALS, here, [held(20.0, 0.02)])
+    one = Goals((Objective("energy.power_mw"),), (), {})
     # Halves of the intervals add in squares: 1.41 mW.
     powers = {power: [Held(held(power, 1.0).means[:1], ())] for power in (10.0, 11.2, 11.7)}
     assert apart(one, powers[10.0], powers[11.7]) and not apart(one, powers[10.0], powers[11.2])
     assert abs(sureness.best_interval(one, powers[10.0])[1] - 11.0) < 0.15
     # 20 of 20 runs leave open whether a design keeps 99 %; 2,000 of 2,000 do not.
-    ate = Wanted((Objective("energy.power_mw"),), (constraint("ate_m < 0.010 for 99 %"),), {})
+    ate = Goals((Objective("energy.power_mw"),), (constraint("ate_m < 0.010 for 99 %"),), {})
     sure = {runs: Held(held(10.0, 1.0).means[:1], (kept_of(runs, runs, 0.99),)) for runs in (20, 2_000)}
     guess = Held(held(20.0, 1.0).means[:1], (kept_of(2_000, 2_000, 0.99),))
     assert abs(sureness.best_interval(ate, [sure[20], guess])[1] - 20.0) < 1.5
@@ -196,20 +196,20 @@ def the_last_cells_go_to_those_that_are_evaluated_anew():
     search = replace(SEARCH, final=replace(SEARCH.final, designs=2))
     runs = [result(10.0, 0.03), result(12.0, 0.02), result(14.0, 0.01), result(15.0, 0.02)]
     designs = [design(number, [one] * (3 if number == 0 else 1)) for number, one in enumerate(runs)]
-    ranked = to_confirm(search, WISH, designs, [summary(WISH, one) for one in designs])
+    ranked = to_confirm(search, GOALS, designs, [summary(GOALS, one) for one in designs])
     numbers = [one.design.number for one in ranked]
     # Of the three on the front two are evaluated anew, fewest runs first; the beaten one comes last.
     assert sorted(numbers) == [0, 1, 2, 3] and numbers[-1] == 3, numbers
-    chosen = choice.finalists(search, WISH, designs, 2)
+    chosen = choice.finalists(search, GOALS, designs, 2)
     assert set(numbers[:2]) == set(chosen) and ranked[0].runs <= ranked[1].runs, (numbers, chosen)
     # Where no design keeps all constraints, those that miss them least.
     missing = [design(number, [result(10.0, 0.01, tracked=share)]) for number, share in enumerate((0.2, 0.9, 0.5, 0.8))]
-    assert choice.finalists(search, WISH, missing, 2) == [1, 3]
+    assert choice.finalists(search, GOALS, missing, 2) == [1, 3]
 
 
 def judged(number, power_mw, *kept):
     means = (Mean(power_mw, (power_mw, power_mw), 400, 0),)
-    return Judged(means, kept, replace(summary(WISH, design(number, [result(power_mw, 0.01)])), means=(power_mw,)))
+    return Judged(means, kept, replace(summary(GOALS, design(number, [result(power_mw, 0.01)])), means=(power_mw,)))
 
 
 def of_400(met):
@@ -218,46 +218,46 @@ def of_400(met):
 
 def a_choice_is_shown_and_within_a_resolution_sure():
     limit = constraint("tracking.ate_m < 0.010 for 99 %")
-    wish = replace(WISH, objectives=(Objective("energy.power_mw", resolution=0.1),), constraints=(limit,))
-    exact = replace(wish, objectives=WISH.objectives[:1])
+    goals = replace(GOALS, objectives=(Objective("energy.power_mw", resolution=0.1),), constraints=(limit,))
+    exact = replace(goals, objectives=GOALS.objectives[:1])
     side = [(20.0, 396), (20.05, 399), (20.08, 399), (20.2, 399), (19.0, 380)]
     side = [judged(number, power_mw, of_400(met)) for number, (power_mw, met) in enumerate(side)]
-    assert chosen(wish, side) == 1 and chosen(exact, side) == 0
+    assert chosen(goals, side) == 1 and chosen(exact, side) == 0
     # One that is shown to keep 99 % comes before those that keep it so far.
     shown = [judged(number, power_mw, of_400(400)) for number, power_mw in ((5, 20.5), (6, 20.4))]
-    assert chosen(wish, [*side, shown[0]]) == 5 and chosen(exact, [*side, *shown]) == 6
-    largest = replace(wish, objectives=(Objective("energy.power_mw", is_maximised=True, resolution=0.1),))
+    assert chosen(goals, [*side, shown[0]]) == 5 and chosen(exact, [*side, *shown]) == 6
+    largest = replace(goals, objectives=(Objective("energy.power_mw", is_maximised=True, resolution=0.1),))
     assert chosen(largest, [*side, *shown]) == 5
     # The share that is kept least surely by its own measure decides: 99 % of 2,000 runs, not 50 % of them.
     two = [judged(number, 20.0, kept_of(first, 2_000, 0.99), kept_of(second, 2_000, 0.5)) for number, first, second in ((0, 1_989, 1_150), (1, 2_000, 1_100))]
-    assert chosen(replace(wish, constraints=(limit, constraint("a < 1 for 50 %"))), two) == 1
+    assert chosen(replace(goals, constraints=(limit, constraint("a < 1 for 50 %"))), two) == 1
 
     sure = [judged(number, power_mw, kept_of(2_000, 2_000, 0.99)) for number, power_mw in ((0, 20.0), (1, 20.05), (2, 20.2))]
     unsure = judged(3, 20.05, kept_of(560, 560, 0.99))
-    verdicts = [beside.sentences(wish, sure[:1], beside.Other("out", 2, "auto", 800, there))[0] for there in ([one] for one in [*sure, unsure])]
+    verdicts = [beside.sentences(goals, sure[:1], beside.Other("out", 2, "auto", 800, there))[0] for there in ([one] for one in [*sure, unsure])]
     words = ["not moved by more than its intervals", "not moved by more than the resolution of 0.1", "so the front has moved.", "moved by more than the resolution"]
     assert all(word in verdict for word, verdict in zip(words, verdicts)), verdicts
 
 
 def finalists_have_more_and_more_margin():
     limit = constraint("tracking.ate_m < 0.010 for 99 %")
-    wish = replace(WISH, objectives=WISH.objectives[:1], constraints=(limit, TRACKED))
+    goals = replace(GOALS, objectives=GOALS.objectives[:1], constraints=(limit, TRACKED))
     generator = random.Random(7)
     # 99 % of runs at a scatter of 0.01 lie 2 to 4 % above the mean, so the last one misses; the one before it is dearer than one with more margin.
     means_mm = [9.5, 8.5, 7.1, 6.1, 7.2, 9.9]
     runs = [[result(10.0 + at, 1e-3 * mean * math.exp(0.01 * generator.gauss(0.0, 1.0))) for _ in range(8)] for at, mean in enumerate(means_mm)]
     # Half of them have more margin; then one with other choices before the next at the limit.
     designs = [replace(design(number, row), is_={"rate_hz": "15" if number == 4 else "10"}) for number, row in enumerate(runs)]
-    found = [choice.finalists(SEARCH, wish, designs, count) for count in (1, 2, 4, 5)]
+    found = [choice.finalists(SEARCH, goals, designs, count) for count in (1, 2, 4, 5)]
     assert found == [[0], [0, 3], [0, 1, 3, 4], [0, 1, 2, 3, 4]], found
     # A share that is kept exactly has no margin to compare.
-    whole = replace(wish, constraints=(limit, constraint("tracking.tracked_fraction >= 1 for 99 %")))
+    whole = replace(goals, constraints=(limit, constraint("tracking.tracked_fraction >= 1 for 99 %")))
     assert choice.finalists(SEARCH, whole, designs, 2) == [0, 3]
 
 
 def finalists_reach_beyond_the_limit():
     limit = constraint("tracking.ate_m < 0.010 for 99 %")
-    wish = replace(WISH, objectives=WISH.objectives[:1], constraints=(limit, TRACKED))
+    goals = replace(GOALS, objectives=GOALS.objectives[:1], constraints=(limit, TRACKED))
 
     def runs(power_mw, mean_mm):
         # The scatter of all designs, about exactly this mean of logarithms.
@@ -268,9 +268,9 @@ def finalists_reach_beyond_the_limit():
         return [design(0, runs(11.0, 8.0)), design(1, runs(12.0, 7.0)), design(2, runs(13.0, 6.0)), design(3, runs(10.0, mean_mm)), design(4, runs(9.0, 11.0))]
 
     # 99 % of runs lie 2.4 scatters above the mean, so the limit of 10 mm is at a mean of 9.54 mm, and one standard error is 0.5 %.
-    found = {mean_mm: choice.finalists(SEARCH, wish, at(mean_mm), 4) for mean_mm in (9.5, 9.56, 9.65)}
+    found = {mean_mm: choice.finalists(SEARCH, goals, at(mean_mm), 4) for mean_mm in (9.5, 9.56, 9.65)}
     assert found == {9.5: [0, 1, 2, 3], 9.56: [0, 1, 2, 3], 9.65: [0, 1, 2]}, found
-    assert [summaries_of(wish, at(mean_mm))[3].is_feasible for mean_mm in found] == [True, False, False]
+    assert [summaries_of(goals, at(mean_mm))[3].is_feasible for mean_mm in found] == [True, False, False]
 
 
 def main():

@@ -1,7 +1,7 @@
 //! Damage on the link: whatever is flipped, cut, doubled, lost or swapped, what the host believes is what was sent.
 
 use sensel::compute::Feature;
-use sensel::draw::{RowAddress, mix};
+use sensel::draw::{RowId, mix};
 use sensel::link::{
     Batch, Decoded, Decoder, FrameOut, LinkCounts, LinkParams, Mode, Received, decode, distribute, flip_bits, merge,
 };
@@ -301,7 +301,7 @@ fn a_row_with_a_broken_checksum_is_named_and_the_others_stand() {
 
 #[test]
 fn bits_flip_at_the_rate_that_is_asked_for_anywhere_and_by_their_own_draws() {
-    let address = |camera, frame| RowAddress {
+    let row_id = |camera, frame| RowId {
         seed: 3,
         camera: CameraIndex(camera),
         frame: FrameIndex(frame),
@@ -313,7 +313,7 @@ fn bits_flip_at_the_rate_that_is_asked_for_anywhere_and_by_their_own_draws() {
     let mut tried = 0;
     for rate in [1e-5, 1e-3, 0.01] {
         let mut bytes = clean.clone();
-        let flipped = flip_bits(&mut bytes, rate, address(0, 0));
+        let flipped = flip_bits(&mut bytes, rate, row_id(0, 0));
         let ones = |part: &[u8]| part.iter().map(|byte| u64::from(byte.count_ones())).sum::<u64>();
         assert_eq!(ones(&bytes), flipped, "a bit flips once");
         // Binomial: five standard deviations, once in a million; the seed is fixed.
@@ -332,16 +332,16 @@ fn bits_flip_at_the_rate_that_is_asked_for_anywhere_and_by_their_own_draws() {
         }
         // A shorter frame has the same errors, as far as it goes; another camera and another frame have their own.
         let mut shorter = clean[..clean.len() / 2].to_vec();
-        flip_bits(&mut shorter, rate, address(0, 0));
+        flip_bits(&mut shorter, rate, row_id(0, 0));
         assert_eq!(shorter, bytes[..clean.len() / 2]);
-        for other in [address(1, 0), address(0, 1)] {
+        for other in [row_id(1, 0), row_id(0, 1)] {
             let mut others = clean.clone();
             flip_bits(&mut others, rate, other);
             assert_ne!(others, bytes);
         }
     }
     let mut same = clean.clone();
-    assert_eq!((flip_bits(&mut same, 0.0, address(0, 0)), same == clean, tried), (0, true, 9));
+    assert_eq!((flip_bits(&mut same, 0.0, row_id(0, 0)), same == clean, tried), (0, true, 9));
 }
 
 /// `decode` in pieces whose lengths are drawn up to `piece_bytes`, and the pieces after which frames came.
@@ -375,8 +375,8 @@ fn a_stream_in_pieces_is_the_stream_at_once() {
                 let out = FrameOut { batches: &batches, features_per_gap: 40, ..frame(number, &codes, 10, &features) };
                 bytes.extend(packed(&out, &params));
             }
-            let address = RowAddress { seed, camera: CameraIndex(0), frame: FrameIndex(0), slot: 0, row: RowIndex(0) };
-            flip_bits(&mut bytes, share, address);
+            let row_id = RowId { seed, camera: CameraIndex(0), frame: FrameIndex(0), slot: 0, row: RowIndex(0) };
+            flip_bits(&mut bytes, share, row_id);
             // Cut at the end, and somewhere within.
             bytes.truncate(bytes.len() - mix(seed) as usize % 3_000);
             let hole = mix(seed + 1) as usize % bytes.len();

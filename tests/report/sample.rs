@@ -119,7 +119,7 @@ pub fn report() -> Report {
     };
     report.tracking.events = vec![
         event((0, 0.0), "initialised", None),
-        event((80, 4.0), "lost", Some("too few landmarks agree on a pose")),
+        event((80, 4.0), "lost", Some("no credible pose, neither near the prediction nor by descriptors")),
         event((84, 4.2), "relocalised", None),
     ];
     report

@@ -83,7 +83,7 @@ fn front_toggles(octaves: u32, harris: bool) -> (FrontToggles, f64) {
     let mut buffers = Buffers::new(&config, 0);
     let mut front = FxFront::new(config, buffers.memory());
     let mut next = 0;
-    for _ in 0..config.frame_positions() {
+    for _ in 0..config.frame_slots() {
         let in_pixel = picture.pixels.get(next).copied().unwrap_or(0);
         next += usize::from(front.in_ready(true));
         front.tick(&FxFrontIn { rst: false, in_valid: true, in_pixel, row_ok: true, threshold: 20 });

@@ -82,7 +82,7 @@ fn play(judge: &mut Judge, config: &FxFrontConfig, picture: &Picture, random: &m
     let mut front = FxFront::new(*config, buffers.memory());
     let threshold = u16::try_from(random.within(1, 30 << (config.pix_bits - 8))).unwrap();
     let (slow_pixels, slow_rows) = (random.within(1, 4), random.within(1, 3));
-    let clocks = u32::try_from(config.frame_positions() * 2).unwrap();
+    let clocks = u32::try_from(config.frame_slots() * 2).unwrap();
     let (mut next, mut rst) = (0, true);
     for _ in 0..clocks {
         let row_ok = slow_rows == 1 || !random.one_in(slow_rows);

@@ -1,5 +1,5 @@
-//! Reference for the extractor's front, computed picture by picture from the definitions: order of positions, half-scale pictures,
-//! differences of the 16 arcs, suppression, smoothing, Harris ranks. Events carry the index of their position.
+//! Reference for the extractor's front, computed picture by picture from the definitions: order of raster slots, half-scale pictures,
+//! differences of the 16 arcs, suppression, smoothing, Harris ranks. Events carry the index of their slot.
 
 use rtl_models::fx_front::{FxFrontConfig, FxFrontMemory, FxFrontOut, line_words};
 
@@ -152,12 +152,12 @@ struct Octave {
     differences: Vec<i64>,
 }
 
-/// Everything that leaves in a frame, in order, each with its position's number from 0.
+/// Everything that leaves in a frame, in order, each with its slot's number from 0.
 pub struct Reference<'a> {
     config: &'a FxFrontConfig,
     threshold: u16,
     octaves: Vec<Octave>,
-    position: u64,
+    slots: u64,
     pub events: Vec<(u64, Event)>,
     pub corners: usize,
 }
@@ -174,7 +174,7 @@ impl<'a> Reference<'a> {
                 (0..picture.width * picture.height).map(|i| difference(&picture, i % picture.width, i / picture.width));
             octaves.push(Octave { differences: differences.collect(), picture });
         }
-        let mut this = Self { config, threshold, octaves, position: 0, events: Vec::new(), corners: 0 };
+        let mut this = Self { config, threshold, octaves, slots: 0, events: Vec::new(), corners: 0 };
         for y in 0..picture.height {
             this.row_and_deeper(0, y);
         }
@@ -189,9 +189,9 @@ impl<'a> Reference<'a> {
         self.octaves.get(octave).map(|octave| &octave.picture)
     }
 
-    /// Positions of the frame without those that drain.
-    pub fn positions(&self) -> u64 {
-        self.position
+    /// Slots of the frame without those that drain.
+    pub fn slots(&self) -> u64 {
+        self.slots
     }
 
     fn row_and_deeper(&mut self, octave: usize, y: usize) {
@@ -212,10 +212,8 @@ impl<'a> Reference<'a> {
         for x in 0..=picture.width {
             if x >= 6 && y >= 6 && x < picture.width && !is_virtual {
                 let pixel = smoothed(picture, x - 3, y - 3);
-                self.events.push((
-                    self.position,
-                    Event::Smoothed { octave: k, x: coordinate(x, 3), y: coordinate(y, 3), pixel },
-                ));
+                self.events
+                    .push((self.slots, Event::Smoothed { octave: k, x: coordinate(x, 3), y: coordinate(y, 3), pixel }));
             }
             if x >= 7 && y >= 7 {
                 let (cx, cy) = (x - 4, y - 4);
@@ -228,14 +226,14 @@ impl<'a> Reference<'a> {
                     let harris = self.config.harris.then(|| harris_rank(picture, self.config.pix_bits, cx, cy));
                     let rank = harris.unwrap_or(score);
                     let (x, y) = (coordinate(cx, 0), coordinate(cy, 0));
-                    self.events.push((self.position, Event::Corner { octave: k, x, y, score, resp, rank }));
+                    self.events.push((self.slots, Event::Corner { octave: k, x, y, score, resp, rank }));
                     self.corners += 1;
                 }
             }
             if x == picture.width {
-                self.events.push((self.position, Event::RowEnd { octave: k, row, is_virtual, frame_end: false }));
+                self.events.push((self.slots, Event::RowEnd { octave: k, row, is_virtual, frame_end: false }));
             }
-            self.position += 1;
+            self.slots += 1;
         }
     }
 }

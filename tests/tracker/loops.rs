@@ -1,4 +1,4 @@
-//! Locations seen again.
+//! Places seen again.
 
 use glam::DVec3;
 use sensel::pose::{Pose, TimedPose};

@@ -16,9 +16,9 @@ extern "C" {
 }
 
 /// The browser's monotonic clock.
-pub struct Watch;
+pub struct PageStopwatch;
 
-impl Stopwatch for Watch {
+impl Stopwatch for PageStopwatch {
     fn now_s(&self) -> f64 {
         1e-3 * now_ms()
     }

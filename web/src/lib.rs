@@ -11,7 +11,7 @@ mod transfer;
 mod window;
 
 use grey::grey;
-use host::{Memory, Tell, Watch};
+use host::{Memory, PageStopwatch, Tell};
 use sensel::config::Resolved;
 use sensel::effects::chain::RowSamples;
 use sensel::error::Error;
@@ -80,7 +80,7 @@ impl Session {
     /// # Errors
     /// A motion that ends before this frame.
     pub fn step(&mut self) -> Result<(), JsError> {
-        let frame = self.run.step(&Watch).map_err(|error| failed(&error))?;
+        let frame = self.run.step(&PageStopwatch).map_err(|error| failed(&error))?;
         self.frame = Some(frame);
         (self.taken, self.noise) = (None, None);
         Ok(())

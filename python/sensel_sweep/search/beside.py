@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .chart import digits
-from .designs import Wanted
+from .designs import Goals
 from .failure import Failure
 from .outcome import Held, Judged, Kept, Mean
 from .sureness import interval_of, volumes
@@ -24,7 +24,7 @@ class Other:
     held: list[Held]
 
 
-def read(folder: Path, wish: Wanted) -> Other:
+def read(folder: Path, goals: Goals) -> Other:
     """From a search's report.json."""
     path = folder / "report.json"
     try:
@@ -46,25 +46,25 @@ def read(folder: Path, wish: Wanted) -> Other:
         raise Failure(f"--beside {folder}: {error.strerror}; name the folder of a finished search") from None
     except (ValueError, KeyError, TypeError):
         raise Failure(f"--beside {folder}: report.json is none of a search; name the folder of a finished search") from None
-    if objectives != [(one.figure, one.is_maximised) for one in wish.objectives]:
+    if objectives != [(one.figure, one.is_maximised) for one in goals.objectives]:
         raise Failure(f"--beside {folder}: that search has other objectives")
-    if constraints != [one.text for one in wish.constraints]:
+    if constraints != [one.text for one in goals.constraints]:
         raise Failure(f"--beside {folder}: that search has other constraints")
     return other
 
 
-def sentences(wish: Wanted, all_judged: list[Judged], other: Other) -> list[str]:
+def sentences(goals: Goals, all_judged: list[Judged], other: Other) -> list[str]:
     """What the other search says of this one."""
     name = f"{other.name} (search seed {other.seed}, {other.sampler}, {other.cells} cells)"
-    sides = volumes(wish, [all_judged, other.held])
+    sides = volumes(goals, [all_judged, other.held])
     if sides is None:
         return [f"Neither this search nor {name} has a design that held-out runs could measure, so the fronts cannot be compared."]
     here, there = sides
     low, high = interval_of(here.draws - there.draws)
-    what = "hypervolume of the front" if len(wish.objectives) > 1 else f"best {wish.objectives[0].figure}"
+    what = "hypervolume of the front" if len(goals.objectives) > 1 else f"best {goals.objectives[0].figure}"
     better = "here" if here.measured > there.measured else "there"
     differs = f"the {what} differs by {digits(abs(here.measured - there.measured))}, better {better}"
-    resolution = wish.objectives[0].resolution
+    resolution = goals.objectives[0].resolution
     if low <= 0.0 <= high:
         verdict = "the front has not moved by more than its intervals"
     elif max(-low, high) <= resolution:

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import math
 
-from .designs import Design, Summary, Wanted, best_first, front, layers, summaries_of
+from .designs import Design, Goals, Summary, best_first, front, layers, summaries_of
 from .file import SearchFile
 
 # A design may still keep a share of runs, or still be the best, if it falls short by no more than so many standard errors.
 STANDARD_ERRORS = 1.0
 
 
-def score(wish: Wanted, means: tuple[float | None, ...], weights: list[float], all_means: list[tuple]) -> float:
+def price(goals: Goals, means: tuple[float | None, ...], weights: list[float], all_means: list[tuple]) -> float:
     """The price of a design, small being good: the sum of weighted logarithms, so that one percent of each objective weighs its weight.
 
     Where a figure is not above zero in all designs, its share of the span of all designs takes the logarithm's place."""
     total = 0.0
-    for number, (objective, weight) in enumerate(zip(wish.objectives, weights)):
+    for number, (objective, weight) in enumerate(zip(goals.objectives, weights)):
         values = [one[number] for one in all_means]
         if all(value > 0.0 for value in values):
             part = math.log(means[number])
@@ -26,32 +26,32 @@ def score(wish: Wanted, means: tuple[float | None, ...], weights: list[float], a
     return total
 
 
-def best(wish: Wanted, means: dict[int, tuple], weights: list[float]) -> int | None:
+def best(goals: Goals, means: dict[int, tuple], weights: list[float]) -> int | None:
     """The design of the least price."""
     if not means:
         return None
     everything = list(means.values())
-    return min(means, key=lambda number: (score(wish, means[number], weights, everything), number))
+    return min(means, key=lambda number: (price(goals, means[number], weights, everything), number))
 
 
-def weights_of(wish: Wanted) -> list[float]:
+def weights_of(goals: Goals) -> list[float]:
     """As the file states them."""
-    return [one.weight for one in wish.objectives]
+    return [one.weight for one in goals.objectives]
 
 
-def margin(wish: Wanted, one: Summary) -> float:
+def margin(goals: Goals, one: Summary) -> float:
     """By how much a design keeps the limits that a share of the runs must keep, small being good: the worst of them, above 0 where it misses one.
     A limit that is kept exactly, as counts and shares are, says nothing of that."""
-    kept = [excess for constraint, excess in zip(wish.constraints, one.excess) if constraint.share is not None and excess != 0.0]
+    kept = [excess for constraint, excess in zip(goals.constraints, one.excess) if constraint.share is not None and excess != 0.0]
     return max(kept, default=0.0)
 
 
-def by_price(wish: Wanted, summaries: list[Summary]) -> list[Summary]:
+def by_price(goals: Goals, summaries: list[Summary]) -> list[Summary]:
     """Designs that keep their limits by more than every cheaper one, the cheapest first."""
-    all_means, weights = [one.means for one in summaries], weights_of(wish)
+    all_means, weights = [one.means for one in summaries], weights_of(goals)
     found: list[Summary] = []
-    for one in sorted(summaries, key=lambda one: (score(wish, one.means, weights, all_means), one.design.number)):
-        if not found or margin(wish, one) < margin(wish, found[-1]):
+    for one in sorted(summaries, key=lambda one: (price(goals, one.means, weights, all_means), one.design.number)):
+        if not found or margin(goals, one) < margin(goals, found[-1]):
             found.append(one)
     return found
 
@@ -63,14 +63,14 @@ def evenly(summaries: list[Summary], count: int) -> list[int]:
     return [one.design.number for one in summaries]
 
 
-def about_the_limit(wish: Wanted, designs: list[Design], summaries: list[Summary], count: int) -> list[int]:
+def about_the_limit(goals: Goals, designs: list[Design], summaries: list[Summary], count: int) -> list[int]:
     """The design of the least price; up to half as many as the count that keep their limits by more, since a search ends where its own runs just
     keep a limit, so other runs may not; and up to a quarter that are cheaper and miss a limit by less than their runs leave open."""
-    kept = by_price(wish, [one for one in summaries if one.is_feasible])
+    kept = by_price(goals, [one for one in summaries if one.is_feasible])
     if not kept:
         return []
-    hopeful = {one.design.number for one in summaries_of(wish, designs, STANDARD_ERRORS) if one.is_feasible}
-    may_keep = by_price(wish, [one for one in summaries if one.design.number in hopeful])
+    hopeful = {one.design.number for one in summaries_of(goals, designs, STANDARD_ERRORS) if one.is_feasible}
+    may_keep = by_price(goals, [one for one in summaries if one.design.number in hopeful])
     cheaper = [one for one in may_keep if not one.is_feasible]
     # First the one that misses by least.
     return evenly(kept, min(1 + count // 2, count)) + evenly(cheaper[::-1], count // 4)
@@ -81,12 +81,12 @@ def choices_of(search: SearchFile, design: Design) -> list:
     return [design.is_.get(factor.name) for factor in search.factors if not factor.is_range]
 
 
-def finalists(search: SearchFile, wish: Wanted, designs: list[Design], count: int) -> list[int]:
+def finalists(search: SearchFile, goals: Goals, designs: list[Design], count: int) -> list[int]:
     """Designs to evaluate anew: the best one at the stated prices, with others on both sides of the limits; those at prices that favour each
     objective; others along the front; the next behind it, first those with other values of the factors that are no ranges, since what few runs
     misjudge they misjudge in neighbours alike; where none keeps all constraints, those that miss them least; and every guess."""
-    summaries = summaries_of(wish, designs)
-    on_front = front(wish, summaries)
+    summaries = summaries_of(goals, designs)
+    on_front = front(goals, summaries)
     means = {one.design.number: one.means for one in on_front}
     chosen: list[int] = []
 
@@ -94,15 +94,15 @@ def finalists(search: SearchFile, wish: Wanted, designs: list[Design], count: in
         if number is not None and number not in chosen and len(chosen) < count:
             chosen.append(number)
 
-    weights = weights_of(wish)
-    for number in about_the_limit(wish, designs, summaries, count):
+    weights = weights_of(goals)
+    for number in about_the_limit(goals, designs, summaries, count):
         add(number)
     for number in range(len(weights)):
-        add(best(wish, means, [2.0 * weight if index == number else weight for index, weight in enumerate(weights)]))
+        add(best(goals, means, [2.0 * weight if index == number else weight for index, weight in enumerate(weights)]))
     for one in on_front[:: max(1, math.ceil(len(on_front) / max(count, 1)))]:
         add(one.design.number)
     # Where no design keeps all constraints, those that miss them least.
-    ordered = list(layers(wish, summaries) if on_front else best_first(wish, [one for one in summaries if one.runs]))
+    ordered = list(layers(goals, summaries) if on_front else best_first(goals, [one for one in summaries if one.runs]))
     seen = [choices_of(search, designs[number]) for number in chosen]
     for one in ordered:
         if choices_of(search, one.design) not in seen:

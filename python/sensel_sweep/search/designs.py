@@ -36,7 +36,7 @@ def full_name(figure: str, known: list[str]) -> str:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class Goals:
     """Objectives and constraints with full names of figures, and the constraints that say that a track is kept."""
 
     objectives: tuple[Objective, ...]
@@ -58,7 +58,7 @@ class Wanted:
         return None if not is_share and self.is_lost(figure, result) else value
 
 
-def wanted(search: SearchFile, known: list[str]) -> Wanted:
+def resolve_goals(search: SearchFile, known: list[str]) -> Goals:
     """Finds the figures among those of a cell. Raises ValueError with the key of the file first."""
 
     def named(key: str, figure: str) -> str:
@@ -85,7 +85,7 @@ def wanted(search: SearchFile, known: list[str]) -> Wanted:
             own = Constraint(share, ">=", 1.0, None, f"{share} >= 1")
             constraints.append(own)
         tracked[section] = own
-    return Wanted(objectives, tuple(constraints), tracked)
+    return Goals(objectives, tuple(constraints), tracked)
 
 
 @dataclass
@@ -127,13 +127,13 @@ class Summary:
         return sum(one for one in self.excess if one > 0.0)
 
 
-def scatters(wish: Wanted, designs: list[Design]) -> tuple[Scatter | None, ...]:
+def scatters(goals: Goals, designs: list[Design]) -> tuple[Scatter | None, ...]:
     """By constraint; none for those without a share."""
 
     def rows(figure: str) -> list[list[float | None]]:
-        return [[wish.value(figure, result) for result in design.results.values()] for design in designs]
+        return [[goals.value(figure, result) for result in design.results.values()] for design in designs]
 
-    return tuple(None if one.share is None else scatter_of(one, rows(one.figure)) for one in wish.constraints)
+    return tuple(None if one.share is None else scatter_of(one, rows(one.figure)) for one in goals.constraints)
 
 
 def excess_at(constraint: Constraint, value: float | None) -> float:
@@ -156,28 +156,28 @@ def excess_of(constraint: Constraint, values: list[float | None], scatter: Scatt
     return math.copysign(math.log1p(abs(most)), most)
 
 
-def summary(wish: Wanted, design: Design, scatter: tuple[Scatter | None, ...] = (), errors: float = 0.0) -> Summary:
+def summary(goals: Goals, design: Design, scatter: tuple[Scatter | None, ...] = (), errors: float = 0.0) -> Summary:
     """Sums up a design's runs; the scatter is by constraint. Constraints on a share of the runs are judged as if the design were better by so
     many standard errors."""
     if not design.results:
-        return Summary(design, (None,) * len(wish.objectives), (MISSING_EXCESS,) * (len(wish.constraints) + 1), 0)
+        return Summary(design, (None,) * len(goals.objectives), (MISSING_EXCESS,) * (len(goals.constraints) + 1), 0)
     results = list(design.results.values())
     means = []
-    for objective in wish.objectives:
-        values = [value for value in (wish.value(objective.figure, one) for one in results) if value is not None]
+    for objective in goals.objectives:
+        values = [value for value in (goals.value(objective.figure, one) for one in results) if value is not None]
         means.append(mean_of_all(values) if values else None)
-    by_constraint = zip(wish.constraints, scatter or (None,) * len(wish.constraints))
-    excess = [excess_of(one, [wish.value(one.figure, result) for result in results], of, errors) for one, of in by_constraint]
+    by_constraint = zip(goals.constraints, scatter or (None,) * len(goals.constraints))
+    excess = [excess_of(one, [goals.value(one.figure, result) for result in results], of, errors) for one, of in by_constraint]
     failed = sum(result.has_failed for result in results)
     # A cell that failed counts where nothing else does.
     excess.append(MISSING_EXCESS * failed / len(results))
     return Summary(design, tuple(means), tuple(excess), len(results))
 
 
-def summaries_of(wish: Wanted, designs: list[Design], errors: float = 0.0) -> list[Summary]:
+def summaries_of(goals: Goals, designs: list[Design], errors: float = 0.0) -> list[Summary]:
     """Of all designs of which anything is known; see `summary`."""
-    scatter = scatters(wish, designs)
-    return [summary(wish, design, scatter, errors) for design in designs if design.has_run]
+    scatter = scatters(goals, designs)
+    return [summary(goals, design, scatter, errors) for design in designs if design.has_run]
 
 
 def dominates(first: list[float], second: list[float]) -> bool:
@@ -185,32 +185,32 @@ def dominates(first: list[float], second: list[float]) -> bool:
     return all(a <= b for a, b in zip(first, second)) and any(a < b for a, b in zip(first, second))
 
 
-def objective_vector(wish: Wanted, means: tuple[float | None, ...]) -> list[float]:
+def objective_vector(goals: Goals, means: tuple[float | None, ...]) -> list[float]:
     """Means with small being good."""
-    return [one.sign * mean for one, mean in zip(wish.objectives, means)]
+    return [one.sign * mean for one, mean in zip(goals.objectives, means)]
 
 
-def front(wish: Wanted, summaries: list[Summary]) -> list[Summary]:
+def front(goals: Goals, summaries: list[Summary]) -> list[Summary]:
     """The feasible designs that none dominates, by the first objective."""
     feasible = [one for one in summaries if one.is_feasible]
-    vectors = [objective_vector(wish, one.means) for one in feasible]
+    vectors = [objective_vector(goals, one.means) for one in feasible]
     kept = [one for one, own in zip(feasible, vectors) if not any(dominates(other, own) for other in vectors)]
-    return sorted(kept, key=lambda one: (objective_vector(wish, one.means), one.design.number))
+    return sorted(kept, key=lambda one: (objective_vector(goals, one.means), one.design.number))
 
 
-def layers(wish: Wanted, summaries: list[Summary]) -> Iterator[Summary]:
+def layers(goals: Goals, summaries: list[Summary]) -> Iterator[Summary]:
     """All feasible designs: the front, then the front without it, and so on."""
     left = [one for one in summaries if one.is_feasible]
     while left:
-        first = front(wish, left)
+        first = front(goals, left)
         yield from first
         left = [one for one in left if one not in first]
 
 
-def best_first(wish: Wanted, summaries: list[Summary]) -> list[Summary]:
+def best_first(goals: Goals, summaries: list[Summary]) -> list[Summary]:
     """Feasible designs by layers of fronts, then the others by how far they miss."""
     others = [one for one in summaries if not one.is_feasible]
-    return [*layers(wish, summaries), *sorted(others, key=lambda one: (one.total_excess, one.design.number))]
+    return [*layers(goals, summaries), *sorted(others, key=lambda one: (one.total_excess, one.design.number))]
 
 
 def hypervolume(vectors: list[list[float]], reference: list[float]) -> float:

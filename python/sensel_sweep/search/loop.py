@@ -1,4 +1,4 @@
-"""The rounds of a search, and the evaluation of its front on seeds and trajectories that it never saw."""
+"""The rounds of a search, and the evaluation of its finalists on seeds and trajectories that it never saw."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 from ..cluster import Engine
 from .batch import Result, Run, gathered, read_table, reason_of_failure, refusal, run_batch, sweep_text, write_whole
 from .choice import STANDARD_ERRORS, finalists
-from .designs import Design, Summary, Wanted, summaries_of, wanted
+from .designs import Design, Goals, Summary, resolve_goals, summaries_of
 from .failure import Failure
 from .file import SearchFile
 from .propose import proposals, versions
@@ -35,7 +35,7 @@ class State:
     search: SearchFile
     out: Path
     designs: list[Design] = field(default_factory=list)
-    wish: Wanted | None = None
+    goals: Goals | None = None
     cells: int = 0
     rounds: int = 0
     # Finished cells after each round.
@@ -51,7 +51,7 @@ class State:
 
     def summaries(self) -> list[Summary]:
         """Of all designs of which anything is known."""
-        return summaries_of(self.wish, self.designs)
+        return summaries_of(self.goals, self.designs)
 
     @property
     def sweep(self) -> Path:
@@ -83,10 +83,10 @@ def search_all(state: State, engine: Engine) -> None:
     try:
         while play(state, engine):
             pass
-        evaluate_front(state, engine)
+        evaluate_finalists(state, engine)
         state.is_finished = bool(state.final)
     except Paused:
-        if not state.reads_only or state.wish is None:
+        if not state.reads_only or state.goals is None:
             raise
 
 
@@ -147,8 +147,8 @@ def next_plan(state: State, engine: Engine) -> Plan:
         of_round = search.batch * search.replicates
         if search.sampler != "random":
             confirms = state.cells + of_round > (1.0 - CONFIRM_SHARE) * search.cells
-            hopeful = summaries_of(state.wish, state.designs, STANDARD_ERRORS)
-            ranked = to_confirm(search, state.wish, state.designs, hopeful) if confirms else near_front(state.wish, hopeful)
+            hopeful = summaries_of(state.goals, state.designs, STANDARD_ERRORS)
+            ranked = to_confirm(search, state.goals, state.designs, hopeful) if confirms else near_front(state.goals, hopeful)
             extra = seeds_wanted(search, ranked, min(left, of_round if confirms else int(RACE_SHARE * of_round)))
             left = 0 if confirms and extra else left
         left -= sum(len(seeds) for seeds in extra.values()) * len(search.trajectories)
@@ -157,7 +157,7 @@ def next_plan(state: State, engine: Engine) -> Plan:
         points = []
         if count > 0:
             summaries += [rungs.estimate(one, turn) for one in state.left_out]
-            points = [(is_, None) for is_ in proposals(search, state.wish, summaries, turn, rungs.widened(count, climbed))]
+            points = [(is_, None) for is_ in proposals(search, state.goals, summaries, turn, rungs.widened(count, climbed))]
         if climbed and points:
             proposed = [Design(at, is_, turn) for at, (is_, _) in enumerate(points)]
             passed, others, rung_cells = rungs.sieved(state, engine, proposed, turn, count)
@@ -278,18 +278,18 @@ def after_round(state: State) -> None:
     if not whole:
         reason = reason_of_failure(state.sweep)
         raise Failure(f"{state.search.path}: all {len(results)} cells of the first round failed; one of them: {reason}", 3)
-    if state.wish is None:
+    if state.goals is None:
         known = sorted({name for result in whole for name in result.figures})
         try:
-            state.wish = wanted(state.search, known)
+            state.goals = resolve_goals(state.search, known)
         except ValueError as error:
             raise Failure(f"{state.search.path}: {error}") from None
 
 
-def evaluate_front(state: State, engine: Engine) -> None:
+def evaluate_finalists(state: State, engine: Engine) -> None:
     """Runs the finalists on seeds and trajectories that the search never saw."""
     final = state.search.final
-    numbers = finalists(state.search, state.wish, state.designs, final.designs)
+    numbers = finalists(state.search, state.goals, state.designs, final.designs)
     runs = [run for number in numbers for run in runs_of(final.trajectories, number, list(final.seeds))]
     if not runs:
         return

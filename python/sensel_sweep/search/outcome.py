@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from scipy import special
 
 from .choice import best, weights_of
-from .designs import Design, Summary, Wanted, front, hypervolume, objective_vector, reference_of, summaries_of, summary
+from .designs import Design, Goals, Summary, front, hypervolume, objective_vector, reference_of, summaries_of, summary
 from .loop import State
 
 CONFIDENCE = 0.95
@@ -106,14 +106,14 @@ def judged(state: State) -> list[Judged]:
     found = []
     for number, results in state.final.items():
         held = Design(number, state.designs[number].is_, state.designs[number].round, state.designs[number].guess, results=results)
-        one = summary(state.wish, held)
+        one = summary(state.goals, held)
         means = []
-        for objective in state.wish.objectives:
-            values = [state.wish.value(objective.figure, result) for result in results.values()]
+        for objective in state.goals.objectives:
+            values = [state.goals.value(objective.figure, result) for result in results.values()]
             means.append(mean_of([value for value in values if value is not None], len(values)))
         kept = []
-        for constraint in state.wish.constraints:
-            values = [state.wish.value(constraint.figure, result) for result in results.values()]
+        for constraint in state.goals.constraints:
+            values = [state.goals.value(constraint.figure, result) for result in results.values()]
             kept.append(kept_of(sum(constraint.is_met(value) for value in values), len(values), constraint.share))
         found.append(Judged(tuple(means), tuple(kept), one))
     return sorted(found, key=lambda one: (*(math.inf if mean is None else mean for mean in one.summary.means), one.number))
@@ -125,11 +125,11 @@ def eligible(all_judged: list[Judged]) -> list[Judged]:
     return [one for one in admissible if one.is_shown] or admissible
 
 
-def chosen(wish: Wanted, all_judged: list[Judged]) -> int | None:
+def chosen(goals: Goals, all_judged: list[Judged]) -> int | None:
     """The eligible design of the least price; with a resolution, of those within it the one that keeps its constraints most surely."""
-    among, objective = {one.number: one for one in eligible(all_judged)}, wish.objectives[0]
+    among, objective = {one.number: one for one in eligible(all_judged)}, goals.objectives[0]
     means = {number: one.summary.means for number, one in among.items()}
-    least = best(wish, means, weights_of(wish))
+    least = best(goals, means, weights_of(goals))
     if least is None or objective.resolution == 0.0:
         return least
     near = [number for number in means if abs(means[number][0] - means[least][0]) <= objective.resolution]
@@ -138,25 +138,25 @@ def chosen(wish: Wanted, all_judged: list[Judged]) -> int | None:
 
 def prices_doubled(state: State, all_judged: list[Judged]) -> list[tuple[str, int | None]]:
     """The choice if one percent of an objective weighed twice as much, for each objective."""
-    weights, means = weights_of(state.wish), {one.number: one.summary.means for one in eligible(all_judged)}
+    weights, means = weights_of(state.goals), {one.number: one.summary.means for one in eligible(all_judged)}
     doubled = []
-    for number, objective in enumerate(state.wish.objectives):
+    for number, objective in enumerate(state.goals.objectives):
         own = [2.0 * weight if at == number else weight for at, weight in enumerate(weights)]
-        doubled.append((objective.figure, best(state.wish, means, own)))
+        doubled.append((objective.figure, best(state.goals, means, own)))
     return doubled
 
 
 def limits_moved(state: State, share: float) -> list[tuple[str, float, int | None]]:
     """The best design of the search's own cells if a limit were looser (above 0) or tighter by a share of itself."""
     moved = []
-    for number, constraint in enumerate(state.wish.constraints):
+    for number, constraint in enumerate(state.goals.constraints):
         if constraint.figure.endswith("tracked_fraction") or constraint.limit == 0.0:
             continue
-        own = list(state.wish.constraints)
+        own = list(state.goals.constraints)
         own[number] = constraint.moved(share)
-        wish = replace(state.wish, constraints=tuple(own))
-        means = {one.design.number: one.means for one in summaries_of(wish, state.designs) if one.is_feasible}
-        moved.append((constraint.text, own[number].limit, best(wish, means, weights_of(wish))))
+        goals = replace(state.goals, constraints=tuple(own))
+        means = {one.design.number: one.means for one in summaries_of(goals, state.designs) if one.is_feasible}
+        moved.append((constraint.text, own[number].limit, best(goals, means, weights_of(goals))))
     return moved
 
 
@@ -164,20 +164,20 @@ def progress(state: State) -> list[tuple[int, float]]:
     """After each round: finished cells, and the hypervolume of the designs so far by all that is known of them now; with one objective the
     best mean so far."""
     summaries = state.summaries()
-    reference = reference_of([objective_vector(state.wish, one.means) for one in summaries if one.is_feasible])
+    reference = reference_of([objective_vector(state.goals, one.means) for one in summaries if one.is_feasible])
     if reference is None:
         return []
     cells, line = 0, []
     for turn in range(state.rounds):
         cells = state.cells_after[turn]
-        vectors = [objective_vector(state.wish, one.means) for one in summaries if one.is_feasible and one.design.round <= turn]
+        vectors = [objective_vector(state.goals, one.means) for one in summaries if one.is_feasible and one.design.round <= turn]
         if len(reference) > 1:
             line.append((cells, hypervolume(vectors, reference)))
         elif vectors:
-            line.append((cells, state.wish.objectives[0].sign * min(vectors)[0]))
+            line.append((cells, state.goals.objectives[0].sign * min(vectors)[0]))
     return line
 
 
 def search_front(state: State) -> list[Summary]:
     """By the search's own cells."""
-    return front(state.wish, state.summaries())
+    return front(state.goals, state.summaries())

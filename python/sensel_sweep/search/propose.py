@@ -12,7 +12,7 @@ import optuna
 import sklearn
 from optuna.distributions import BaseDistribution, CategoricalDistribution, FloatDistribution, IntDistribution
 
-from .designs import Summary, Wanted, front
+from .designs import Goals, Summary, front
 from .failure import Failure
 from .file import Factor, SearchFile
 from .space import drawn, generator_of, moved, seed_of, steps
@@ -79,13 +79,13 @@ def distribution(factor: Factor) -> BaseDistribution:
     return FloatDistribution(factor.low, factor.high, log=factor.is_log)
 
 
-def study_of(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: int) -> optuna.Study:
+def study_of(search: SearchFile, goals: Goals, summaries: list[Summary], turn: int) -> optuna.Study:
     """The finished designs as trials. What could not be measured takes the worst value that was; its constraint says that it failed."""
     optuna.logging.set_verbosity(optuna.logging.WARNING)
-    directions = ["maximize" if one.is_maximised else "minimize" for one in wish.objectives]
+    directions = ["maximize" if one.is_maximised else "minimize" for one in goals.objectives]
     study = optuna.create_study(directions=directions, sampler=sampler(search, turn))
     worst = []
-    for number, objective in enumerate(wish.objectives):
+    for number, objective in enumerate(goals.objectives):
         known = [one.means[number] for one in summaries if one.means[number] is not None]
         worst.append(objective.sign * max((objective.sign * value for value in known), default=0.0))
     distributions = {factor.name: distribution(factor) for factor in search.factors}
@@ -105,11 +105,11 @@ def study_of(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: i
     return study
 
 
-def beside_best(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: int) -> Iterator[dict]:
+def beside_best(search: SearchFile, goals: Goals, summaries: list[Summary], turn: int) -> Iterator[dict]:
     """Designs beside the best: every step from one of them along a scale, so that no search ends a step from a better design; then,
     endlessly, those that differ in one or two factors. None while no design keeps all constraints."""
     generator = generator_of(search, turn, 2)
-    best = front(wish, summaries)
+    best = front(goals, summaries)
     known = [one.design.is_ for one in summaries]
     around = [is_ for one in best for is_ in steps(search, one.design.is_) if is_ not in known]
     for at in generator.permutation(len(around)):
@@ -123,9 +123,9 @@ def beside_best(search: SearchFile, wish: Wanted, summaries: list[Summary], turn
         yield is_
 
 
-def asked(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: int) -> Iterator[dict]:
+def asked(search: SearchFile, goals: Goals, summaries: list[Summary], turn: int) -> Iterator[dict]:
     """Endless proposals of Optuna's sampler."""
-    study = study_of(search, wish, summaries, turn)
+    study = study_of(search, goals, summaries, turn)
     distributions = {factor.name: distribution(factor) for factor in search.factors}
     while True:
         params = study.ask(distributions).params
@@ -135,7 +135,7 @@ def asked(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: int)
         }
 
 
-def proposals(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: int, count: int) -> list[dict]:
+def proposals(search: SearchFile, goals: Goals, summaries: list[Summary], turn: int, count: int) -> list[dict]:
     """New designs of a round, each once; fewer where the space has no more."""
     known = [one.design.is_ for one in summaries]
     found: list[dict] = []
@@ -152,9 +152,9 @@ def proposals(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: 
     by_processes = search.sampler == "auto" and len(summaries) >= designs_for_processes(search)
     aside = int((0.5 if by_processes else 1.0) * EXPLORE_SHARE * count)
     if kind(search) == "random":
-        take(asked(search, wish, summaries, turn), count - aside)
+        take(asked(search, goals, summaries, turn), count - aside)
     else:
-        take((sampled if by_processes else asked)(search, wish, summaries, turn), count - 2 * aside)
-        take(beside_best(search, wish, summaries, turn), count - aside)
+        take((sampled if by_processes else asked)(search, goals, summaries, turn), count - 2 * aside)
+        take(beside_best(search, goals, summaries, turn), count - aside)
     take(drawn(search, generator_of(search, turn, 1)), count)
     return found

@@ -5,18 +5,18 @@ from __future__ import annotations
 import math
 
 from .choice import STANDARD_ERRORS, finalists
-from .designs import Design, Summary, Wanted, layers
+from .designs import Design, Goals, Summary, layers
 from .file import SearchFile
 
 
-def residual_sd(wish: Wanted, summaries: list[Summary], number: int) -> tuple[float, bool]:
+def residual_sd(goals: Goals, summaries: list[Summary], number: int) -> tuple[float, bool]:
     """Standard deviation of an objective between runs of a design, and whether it is that of the logarithm.
 
     A seed or trajectory that shifts all designs alike is no noise between them: its mean is taken off as well."""
-    figure = wish.objectives[number].figure
+    figure = goals.objectives[number].figure
     table = []
     for one in summaries:
-        row = {(run.trajectory, run.seed): wish.value(figure, result) for run, result in one.design.results.items()}
+        row = {(run.trajectory, run.seed): goals.value(figure, result) for run, result in one.design.results.items()}
         table.append({key: value for key, value in row.items() if value is not None})
     is_log = all(value > 0.0 for row in table for value in row.values())
     table = [{key: math.log(value) if is_log else value for key, value in row.items()} for row in table if len(row) > 1]
@@ -34,14 +34,14 @@ def residual_sd(wish: Wanted, summaries: list[Summary], number: int) -> tuple[fl
     return (math.sqrt(squares / freedom) if freedom > 0 else 0.0), is_log
 
 
-def near_front(wish: Wanted, summaries: list[Summary]) -> list[Summary]:
+def near_front(goals: Goals, summaries: list[Summary]) -> list[Summary]:
     """Feasible designs that nothing beats clearly, the best first."""
     feasible = [one for one in summaries if one.is_feasible]
-    noise = [residual_sd(wish, feasible, number) for number in range(len(wish.objectives))]
+    noise = [residual_sd(goals, feasible, number) for number in range(len(goals.objectives))]
 
     def scaled(one: Summary) -> list[float]:
         scaled_means = []
-        for objective, mean, (_, is_log) in zip(wish.objectives, one.means, noise):
+        for objective, mean, (_, is_log) in zip(goals.objectives, one.means, noise):
             value = math.log(mean) if is_log else mean
             scaled_means.append(objective.sign * value)
         return scaled_means
@@ -62,12 +62,12 @@ def near_front(wish: Wanted, summaries: list[Summary]) -> list[Summary]:
     return [one for ahead, _, one in ranked if ahead <= STANDARD_ERRORS]
 
 
-def to_confirm(search: SearchFile, wish: Wanted, designs: list[Design], hopeful: list[Summary]) -> list[Summary]:
+def to_confirm(search: SearchFile, goals: Goals, designs: list[Design], hopeful: list[Summary]) -> list[Summary]:
     """What the last cells go to: the designs that would be evaluated anew, fewest runs first, then those that may keep all constraints, by
     layers of fronts."""
-    numbers = finalists(search, wish, designs, search.final.designs)
+    numbers = finalists(search, goals, designs, search.final.designs)
     last = sorted((one for one in hopeful if one.design.number in numbers and not one.design.guess), key=lambda one: one.runs)
-    return last + [one for one in layers(wish, hopeful) if one not in last]
+    return last + [one for one in layers(goals, hopeful) if one not in last]
 
 
 def seeds_wanted(search: SearchFile, ranked: list[Summary], cells_most: int) -> dict[int, list[int]]:

@@ -41,12 +41,12 @@ MOVED = 0.1
 def write(state: State, others: list[Path]) -> None:
     """Writes report.html, report.json and, with a choice, chosen.toml; says what was found, also beside other searches."""
     all_judged = judged(state)
-    number = chosen(state.wish, all_judged)
-    read_others = [beside.read(folder, state.wish) for folder in others]
+    number = chosen(state.goals, all_judged)
+    read_others = [beside.read(folder, state.goals) for folder in others]
     facts = facts_of(state, all_judged, number)
     write_whole(state.out / "report.json", json.dumps(facts, indent=1) + "\n")
     lines = sentences(state, all_judged, number)
-    lines += [line for other in read_others for line in beside.sentences(state.wish, all_judged, other)]
+    lines += [line for other in read_others for line in beside.sentences(state.goals, all_judged, other)]
     measured = [(rung, state.agreements[at]) for at, rung in enumerate(state.search.rungs) if at in state.agreements]
     lines += [f"Rung '{rung.name}': {rungs.reason(rung, found)}." for rung, found in measured]
     toml = None
@@ -89,7 +89,7 @@ def importance(state: State) -> dict[str, float]:
         return {}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        found = optuna.importance.get_param_importances(study_of(state.search, state.wish, summaries, 0))
+        found = optuna.importance.get_param_importances(study_of(state.search, state.goals, summaries, 0))
     return {name: float(share) for name, share in found.items()}
 
 
@@ -126,9 +126,9 @@ def sentences(state: State, all_judged: list[Judged], number: int | None) -> lis
     lines = [f"Chosen: {title_of(state, number)}: {design_text(state, number)}."]
     lines += [
         f"{objective.figure} is {mean_text(mean)} over {mean.count} held-out runs (mean with 95 % interval)."
-        for objective, mean in zip(state.wish.objectives, own.means)
+        for objective, mean in zip(state.goals.objectives, own.means)
     ]
-    for constraint, kept in zip(state.wish.constraints, own.kept):
+    for constraint, kept in zip(state.goals.constraints, own.kept):
         low, high = (100.0 * end for end in kept.interval)
         interval = f"95 % interval {low:.1f} to {high:.1f} %"
         where = misses_text(state, number, constraint)
@@ -137,9 +137,9 @@ def sentences(state: State, all_judged: list[Judged], number: int | None) -> lis
     among = eligible(all_judged)
     kept = "are shown to keep every share" if own.is_shown else "keep all constraints"
     found = f"Designs that {kept}: {len(among)} of the {len(all_judged)} in the final evaluation."
-    if len(state.wish.objectives) == 1:
-        goal = "largest" if state.wish.objectives[0].is_maximised else "least"
-        resolution = state.wish.objectives[0].resolution
+    if len(state.goals.objectives) == 1:
+        goal = "largest" if state.goals.objectives[0].is_maximised else "least"
+        resolution = state.goals.objectives[0].resolution
         least = f"This one has the {goal} {own_figure(state)}."
         surest = f"Of those within {digits(resolution)} of the {goal} {own_figure(state)}, this one is most certain to keep them."
         lines.append(f"{found} {surest if resolution else least}")
@@ -149,7 +149,7 @@ def sentences(state: State, all_judged: list[Judged], number: int | None) -> lis
         lines.append(
             f"{found} This one has the least product of its objectives, each raised to its weight."
         )
-        for objective, (figure, other) in zip(state.wish.objectives, prices_doubled(state, all_judged)):
+        for objective, (figure, other) in zip(state.goals.objectives, prices_doubled(state, all_judged)):
             priced = "were worth" if objective.is_maximised else "cost"
             same = "the choice stays" if other == number else f"{title_of(state, other)} would be chosen: {design_text(state, other)}"
             lines.append(f"If {figure} {priced} twice as much, {same}.")
@@ -163,7 +163,7 @@ def sentences(state: State, all_judged: list[Judged], number: int | None) -> lis
 def misses_text(state: State, number: int, constraint: Constraint) -> str:
     """On which trajectories a design's held-out runs miss a constraint: an interval that counts runs as independent does not tell that."""
     results = state.final[number]
-    missed = Counter(run.trajectory for run, result in results.items() if not constraint.is_met(state.wish.value(constraint.figure, result)))
+    missed = Counter(run.trajectory for run, result in results.items() if not constraint.is_met(state.goals.value(constraint.figure, result)))
     runs = Counter(run.trajectory for run in results)
     if not missed or len(runs) < 2:
         return ""
@@ -172,28 +172,28 @@ def misses_text(state: State, number: int, constraint: Constraint) -> str:
 
 def better_sentence(state: State, all_judged: list[Judged], own: Judged) -> list[str]:
     """Whether the choice is shown to keep every share, and which better design more runs might show; nothing where no constraint has a share."""
-    wish = state.wish
-    if not any(one.share is not None for one in wish.constraints):
+    goals = state.goals
+    if not any(one.share is not None for one in goals.constraints):
         return []
     if not own.is_shown:
         return ["These runs show no design to keep every share and all other constraints: 'shown' takes an interval above the share."]
     means = {one.number: one.summary.means for one in all_judged if one.is_admissible}
-    other = best(wish, means, weights_of(wish))
-    gain, resolution = abs(means[other][0] - own.summary.means[0]), wish.objectives[0].resolution
+    other = best(goals, means, weights_of(goals))
+    gain, resolution = abs(means[other][0] - own.summary.means[0]), goals.objectives[0].resolution
     if any(one.number == other and one.is_shown for one in all_judged) or 0.0 < resolution >= gain:
         return []
-    values = " and ".join(f"{one.figure} {digits(mean)}" for one, mean in zip(wish.objectives, means[other]))
+    values = " and ".join(f"{one.figure} {digits(mean)}" for one, mean in zip(goals.objectives, means[other]))
     return [f"Better would be {title_of(state, other)}, with {values}, if more runs show that it keeps every share: {design_text(state, other)}."]
 
 
 def front_sentence(state: State, goal: str, all_judged: list[Judged]) -> str:
     """The single objective's best value with its interval."""
-    low, high = best_interval(state.wish, all_judged)
+    low, high = best_interval(state.goals, all_judged)
     what = f"95 % interval of the {goal} {own_figure(state)} under these constraints"
     if math.isinf(low) or math.isinf(high):
         end = f"{digits(low)} or more" if math.isinf(high) else f"{digits(high)} or less"
         return f"{what}: {end}. The runs do not exclude that no design here keeps them."
-    is_open = any(one.share is not None for one in state.wish.constraints)
+    is_open = any(one.share is not None for one in state.goals.constraints)
     why = " It allows for designs whose shares the runs do not decide." if is_open else ""
     return f"{what}: {digits(low)} to {digits(high)}.{why}"
 
@@ -201,17 +201,17 @@ def front_sentence(state: State, goal: str, all_judged: list[Judged]) -> str:
 def means_text(state: State, number: int) -> str:
     """A design's means in the search."""
     means = next(one.means for one in state.summaries() if one.design.number == number)
-    return " and ".join(f"{one.figure} {digits(mean)}" for one, mean in zip(state.wish.objectives, means))
+    return " and ".join(f"{one.figure} {digits(mean)}" for one, mean in zip(state.goals.objectives, means))
 
 
 def own_figure(state: State) -> str:
     """The one objective."""
-    return state.wish.objectives[0].figure
+    return state.goals.objectives[0].figure
 
 
 def facts_of(state: State, all_judged: list[Judged], number: int | None) -> dict:
     """Everything on the page, for programs."""
-    search, wish = state.search, state.wish
+    search, goals = state.search, state.goals
     designs = []
     on_front = {one.design.number for one in search_front(state)}
     for one in state.summaries():
@@ -223,7 +223,7 @@ def facts_of(state: State, all_judged: list[Judged], number: int | None) -> dict
                 "guess": design.guess,
                 "is": design.is_,
                 "runs": one.runs,
-                "means": dict(zip([objective.figure for objective in wish.objectives], one.means)),
+                "means": dict(zip([objective.figure for objective in goals.objectives], one.means)),
                 "is_feasible": one.is_feasible,
                 "on_front": design.number in on_front,
                 "refused": design.refusal,
@@ -233,11 +233,11 @@ def facts_of(state: State, all_judged: list[Judged], number: int | None) -> dict
     for one in all_judged:
         means = {
             objective.figure: {"mean": mean.value, "interval": mean.interval, "runs": mean.count, "lost": mean.lost}
-            for objective, mean in zip(wish.objectives, one.means)
+            for objective, mean in zip(goals.objectives, one.means)
         }
         kept = {
             constraint.text: {"met": own.met, "runs": own.runs, "interval": own.interval, "verdict": own.verdict}
-            for constraint, own in zip(wish.constraints, one.kept)
+            for constraint, own in zip(goals.constraints, one.kept)
         }
         verdicts = {"is_admissible": one.is_admissible, "is_shown": one.is_shown}
         final.append({"number": one.number, "means": means, "constraints": kept, **verdicts})
@@ -251,9 +251,9 @@ def facts_of(state: State, all_judged: list[Judged], number: int | None) -> dict
         "is_finished": state.is_finished,
         "objectives": [
             {"figure": one.figure, "goal": "maximise" if one.is_maximised else "minimise", "resolution": one.resolution}
-            for one in wish.objectives
+            for one in goals.objectives
         ],
-        "constraints": [one.text for one in wish.constraints],
+        "constraints": [one.text for one in goals.constraints],
         "designs": designs,
         "final": final,
         "chosen": number,
@@ -294,18 +294,18 @@ def rungs_section(state: State, facts: list[dict]) -> str:
 
 def page(state: State, all_judged: list[Judged], number: int | None, lines: list[str], toml: str | None, facts: dict) -> str:
     """The page, one file without network."""
-    search, wish = state.search, state.wish
+    search, goals = state.search, state.goals
     title = escape(f"Search: {search.path.stem}")
     refused = sum(design.refusal is not None for design in state.designs)
     failed = sum(result.has_failed for design in state.designs for result in design.results.values())
     lost = sum(
-        any(not one.is_met(result.figures.get(one.figure)) for one in wish.tracked.values())
+        any(not one.is_met(result.figures.get(one.figure)) for one in goals.tracked.values())
         for design in state.designs
         for result in design.results.values()
         if not result.has_failed
     )
-    wanted = "; ".join([f"{'maximise' if one.is_maximised else 'minimise'} {one.figure}" for one in wish.objectives])
-    limits = "; ".join(one.text for one in wish.constraints) or "none"
+    wanted = "; ".join([f"{'maximise' if one.is_maximised else 'minimise'} {one.figure}" for one in goals.objectives])
+    limits = "; ".join(one.text for one in goals.constraints) or "none"
     body = [
         f"<header><h1>{title}</h1><p>Wanted: {escape(wanted)}. Constraints: {escape(limits)}.</p>"
         f"<p class=\"note\">{state.cells} cells of {len(state.designs)} designs in {state.rounds} rounds; sampler "
@@ -335,8 +335,8 @@ def table(heads: list[str], rows: list[list[str]]) -> str:
 
 def front_section(state: State, all_judged: list[Judged], number: int | None) -> str:
     """The front on held-out runs, with intervals."""
-    wish = state.wish
-    figures = [one.figure for one in wish.objectives]
+    goals = state.goals
+    figures = [one.figure for one in goals.objectives]
     trajectories = state.search.final.trajectories
     same = trajectories == state.search.trajectories
     held = f"{len(state.search.final.seeds)} seeds" + (
@@ -348,7 +348,7 @@ def front_section(state: State, all_judged: list[Judged], number: int | None) ->
         search_means = [digits(mean) for mean in next(s.means for s in state.summaries() if s.design.number == one.number)]
         name = title_of(state, one.number) + (" (chosen)" if one.number == number else "")
         rows.append([name, *(mean_text(mean) for mean in one.means), *kept, ", ".join(search_means), design_text(state, one.number)])
-    heads = ["design", *figures, *(one.text for one in wish.constraints), "means in the search", "values"]
+    heads = ["design", *figures, *(one.text for one in goals.constraints), "means in the search", "values"]
     picture = ""
     if len(figures) >= 2:
         feasible = [one for one in state.summaries() if one.is_feasible]
@@ -378,7 +378,7 @@ def front_section(state: State, all_judged: list[Judged], number: int | None) ->
 
 def progress_section(state: State, line: list[tuple[int, float]]) -> str:
     """Hypervolume, or the best figure, over cells."""
-    several = len(state.wish.objectives) > 1
+    several = len(state.goals.objectives) > 1
     label = "hypervolume" if several else f"best {own_figure(state)}"
     series = Series(label, "var(--s1)", [(float(cells), value) for cells, value in line], is_line=True)
     note = "The reference point is the worst feasible design, a tenth of the span further out. " if several else ""
@@ -409,5 +409,5 @@ def designs_section(state: State) -> str:
         verdict = "front" if one.design.number in on_front else "feasible" if one.is_feasible else "misses a constraint"
         name, what = title_of(state, one.design.number), design_text(state, one.design.number)
         rows.append([name, str(one.design.round), str(one.runs), *map(digits, one.means), one.design.refusal or verdict, what])
-    heads = ["design", "round", "runs", *(one.figure for one in state.wish.objectives), "state", "values"]
+    heads = ["design", "round", "runs", *(one.figure for one in state.goals.objectives), "state", "values"]
     return f"<section><h2>All designs</h2>{table(heads, rows)}</section>"

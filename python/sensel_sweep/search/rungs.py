@@ -11,7 +11,7 @@ from statistics import NormalDist, median
 from typing import TYPE_CHECKING
 
 from .batch import Result, Run, write_whole
-from .designs import TRACKED, Design, Summary, Wanted, best_first, summary
+from .designs import TRACKED, Design, Goals, Summary, best_first, summary
 from .file import Rung, SearchFile
 
 if TYPE_CHECKING:
@@ -105,25 +105,25 @@ def run(state: State, engine: Engine, number: int, turn: int, designs: list[Desi
     return own
 
 
-def figures_of(wish: Wanted) -> list[str]:
+def figures_of(goals: Goals) -> list[str]:
     """Those of objectives and constraints, each once."""
-    return list(dict.fromkeys(one.figure for one in (*wish.objectives, *wish.constraints)))
+    return list(dict.fromkeys(one.figure for one in (*goals.objectives, *goals.constraints)))
 
 
-def mean(wish: Wanted, figure: str, design: Design) -> float | None:
+def mean(goals: Goals, figure: str, design: Design) -> float | None:
     """Over the runs that have the figure."""
-    values = [value for value in (wish.value(figure, one) for one in design.results.values()) if value is not None]
+    values = [value for value in (goals.value(figure, one) for one in design.results.values()) if value is not None]
     return math.fsum(values) / len(values) if values else None
 
 
-def agreements(wish: Wanted, full: list[Design], on_rung: list[Design]) -> list[Agreement]:
+def agreements(goals: Goals, full: list[Design], on_rung: list[Design]) -> list[Agreement]:
     """By figure. A figure that is the same for all designs tells nothing and has no correlation."""
     # Only searches with rungs need it, and it takes a second to load.
     from scipy.stats import spearmanr
 
     found = []
-    for figure in figures_of(wish):
-        pairs = [(mean(wish, figure, low), mean(wish, figure, high)) for low, high in zip(on_rung, full)]
+    for figure in figures_of(goals):
+        pairs = [(mean(goals, figure, low), mean(goals, figure, high)) for low, high in zip(on_rung, full)]
         pairs = [(low, high) for low, high in pairs if low is not None and high is not None]
         ratios = [high / low for low, high in pairs if low > 0.0 and high > 0.0]
         ratio = median(ratios) if ratios and len(ratios) == len(pairs) else None
@@ -148,9 +148,9 @@ def least(found: list[Agreement]) -> float | None:
     return min((one.correlation for one in found if one.correlation is not None), default=None)
 
 
-def is_used(rung: Rung, found: list[Agreement], wish: Wanted) -> bool:
+def is_used(rung: Rung, found: list[Agreement], goals: Goals) -> bool:
     """Whether the figures of every objective were measured, and all agree as well as the file asks."""
-    wanted = {one.figure for one in wish.objectives}
+    wanted = {one.figure for one in goals.objectives}
     known = {one.figure for one in found if one.correlation is not None}
     lowest = least(found)
     return wanted <= known and lowest is not None and lowest >= rung.correlation
@@ -160,10 +160,10 @@ def measure(state: State, engine: Engine, designs: list[Design]) -> int:
     """Runs the first round's designs on every rung, states how far they agree with full cells, and returns what that cost in full cells."""
     cost = 0
     for number, rung in enumerate(state.search.rungs):
-        found = agreements(state.wish, designs, run(state, engine, number, 0, designs))
+        found = agreements(state.goals, designs, run(state, engine, number, 0, designs))
         state.agreements[number] = found
         cost += full_cells(state.search, rung, len(designs))
-        if not is_used(rung, found, state.wish):
+        if not is_used(rung, found, state.goals):
             print(f"sensel-sweep: rung '{rung.name}' is left out: {reason(rung, found)}", file=sys.stderr)
     return cost
 
@@ -186,11 +186,11 @@ def used(state: State) -> list[int]:
     return [
         number
         for number, rung in enumerate(state.search.rungs)
-        if number in state.agreements and is_used(rung, state.agreements[number], state.wish)
+        if number in state.agreements and is_used(rung, state.agreements[number], state.goals)
     ]
 
 
-def scaled(wish: Wanted, found: list[Agreement], design: Design) -> Summary:
+def scaled(goals: Goals, found: list[Agreement], design: Design) -> Summary:
     """What a rung says of a design, with every figure multiplied by the median ratio of full cells to the rung's."""
     shares = set(TRACKED.values())
     ratios = {one.figure: one.ratio for one in found if one.ratio is not None and one.figure not in shares}
@@ -200,7 +200,7 @@ def scaled(wish: Wanted, found: list[Agreement], design: Design) -> Summary:
         return replace(result, figures=figures)
 
     results = {one: of(result) for one, result in design.results.items()}
-    return summary(wish, Design(design.number, design.is_, design.round, results=results))
+    return summary(goals, Design(design.number, design.is_, design.round, results=results))
 
 
 def estimate(left_out: dict, turn: int) -> Summary:
@@ -216,7 +216,7 @@ def sieved(state: State, engine: Engine, designs: list[Design], turn: int, count
         rung = state.search.rungs[number]
         on_rung = run(state, engine, number, turn, left)
         cost += full_cells(state.search, rung, len(left))
-        ordered = best_first(state.wish, [scaled(state.wish, state.agreements[number], one) for one in on_rung])
+        ordered = best_first(state.goals, [scaled(state.goals, state.agreements[number], one) for one in on_rung])
         keep = count if index + 1 == len(numbers) else max(count, math.ceil(rung.keep * len(left) - 1e-9))
         kept = sorted(one.design.number for one in ordered[:keep])
         others = [one for one in ordered if one.design.number not in kept]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy
 from scipy import special
 
-from .designs import Wanted, hypervolume, objective_vector, reference_of
+from .designs import Goals, hypervolume, objective_vector, reference_of
 from .outcome import CONFIDENCE, Held
 
 DRAWS = 2000
@@ -46,10 +46,10 @@ def drawn_means(held: Held, generator: numpy.random.Generator) -> numpy.ndarray:
     return numpy.array(columns).T
 
 
-def drawn_admissible(wish: Wanted, held: Held, generator: numpy.random.Generator) -> numpy.ndarray:
+def drawn_admissible(goals: Goals, held: Held, generator: numpy.random.Generator) -> numpy.ndarray:
     """Whether a design keeps all constraints, by draw. One that names no share must be kept by all runs, and is or is not."""
     admissible = numpy.ones(DRAWS, dtype=bool)
-    for constraint, kept in zip(wish.constraints, held.kept):
+    for constraint, kept in zip(goals.constraints, held.kept):
         if constraint.share is None:
             admissible &= kept.met == kept.runs
         else:
@@ -57,38 +57,38 @@ def drawn_admissible(wish: Wanted, held: Held, generator: numpy.random.Generator
     return admissible
 
 
-def drawn(wish: Wanted, side: list[Held], seed: int) -> list[tuple[numpy.ndarray, numpy.ndarray]]:
+def drawn(goals: Goals, side: list[Held], seed: int) -> list[tuple[numpy.ndarray, numpy.ndarray]]:
     """Of each measured design of a front, by draw: its means, and whether it keeps all constraints."""
     generator = numpy.random.Generator(numpy.random.PCG64(seed))
-    return [(drawn_means(one, generator), drawn_admissible(wish, one, generator)) for one in side if one.is_measured]
+    return [(drawn_means(one, generator), drawn_admissible(goals, one, generator)) for one in side if one.is_measured]
 
 
-def measured_vectors(wish: Wanted, side: list[Held]) -> list[list[float]]:
+def measured_vectors(goals: Goals, side: list[Held]) -> list[list[float]]:
     """Measured means with small being good."""
-    return [objective_vector(wish, tuple(mean.value for mean in one.means)) for one in side]
+    return [objective_vector(goals, tuple(mean.value for mean in one.means)) for one in side]
 
 
-def volumes(wish: Wanted, sides: list[list[Held]]) -> list[Volume] | None:
+def volumes(goals: Goals, sides: list[list[Held]]) -> list[Volume] | None:
     """Of several fronts below a common reference. None where nothing is measured."""
-    reference = reference_of([own for side in sides for own in measured_vectors(wish, [one for one in side if one.is_measured])])
+    reference = reference_of([own for side in sides for own in measured_vectors(goals, [one for one in side if one.is_measured])])
     if reference is None:
         return None
     found = []
     for seed, side in enumerate(sides):
-        designs = drawn(wish, side, seed)
+        designs = drawn(goals, side, seed)
         draws = [
-            hypervolume([objective_vector(wish, tuple(means[draw])) for means, admissible in designs if admissible[draw]], reference)
+            hypervolume([objective_vector(goals, tuple(means[draw])) for means, admissible in designs if admissible[draw]], reference)
             for draw in range(DRAWS)
         ]
-        measured = hypervolume(measured_vectors(wish, [one for one in side if one.is_admissible]), reference)
+        measured = hypervolume(measured_vectors(goals, [one for one in side if one.is_admissible]), reference)
         found.append(Volume(measured, numpy.array(draws)))
     return found
 
 
-def best_interval(wish: Wanted, side: list[Held]) -> tuple[float, float]:
+def best_interval(goals: Goals, side: list[Held]) -> tuple[float, float]:
     """Of the single objective of the best design that keeps all constraints; an infinite end where none of these may keep them."""
-    sign, best = wish.objectives[0].sign, numpy.full(DRAWS, math.inf)
-    for means, admissible in drawn(wish, side, 0):
+    sign, best = goals.objectives[0].sign, numpy.full(DRAWS, math.inf)
+    for means, admissible in drawn(goals, side, 0):
         best = numpy.minimum(best, numpy.where(admissible, sign * means[:, 0], math.inf))
     low, high = interval_of(best)
     return (low, high) if sign > 0 else (-high, -low)

@@ -14,7 +14,7 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
 from threadpoolctl import threadpool_limits
 
-from .designs import Summary, Wanted, best_first
+from .designs import Goals, Summary, best_first
 from .file import SearchFile
 from .space import coordinates, drawn, generator_of, scattered
 
@@ -67,10 +67,10 @@ def draws(
     return mean[:, None] + root @ generator.standard_normal((len(points), count))
 
 
-def objectives_of(wish: Wanted, summaries: list[Summary]) -> list[tuple[list[int], list[float]]]:
+def objectives_of(goals: Goals, summaries: list[Summary]) -> list[tuple[list[int], list[float]]]:
     """By objective, which designs have it and what it is, small being good: the logarithm of a figure above zero."""
     found = []
-    for number, objective in enumerate(wish.objectives):
+    for number, objective in enumerate(goals.objectives):
         known = [at for at, one in enumerate(summaries) if one.means[number] is not None]
         values = [summaries[at].means[number] for at in known]
         is_log = all(value > 0.0 for value in values)
@@ -78,12 +78,12 @@ def objectives_of(wish: Wanted, summaries: list[Summary]) -> list[tuple[list[int
     return found
 
 
-def constraints_of(wish: Wanted, summaries: list[Summary]) -> list[tuple[numpy.ndarray, float]]:
+def constraints_of(goals: Goals, summaries: list[Summary]) -> list[tuple[numpy.ndarray, float]]:
     """Excess of every constraint in which designs differ and that some design misses, and by how much its limit may be tightened: a limit that a
     share of the runs must keep up to what the best design keeps, others not."""
     found = []
     # The last excess is that of cells that failed.
-    shared = [one.share is not None and one.limit != 0.0 for one in wish.constraints]
+    shared = [one.share is not None and one.limit != 0.0 for one in goals.constraints]
     for row, is_shared in zip(zip(*(one.excess for one in summaries)), [*shared, False]):
         values = numpy.array(row)
         values = numpy.clip(numpy.where(values == 0.0, EXCESS_EXACT, values), EXCESS_LEAST, EXCESS_MOST)
@@ -101,20 +101,20 @@ def chebyshev(values: numpy.ndarray, is_kept: numpy.ndarray, weights: numpy.ndar
     return weighted.max(axis=0) + SUM_SHARE * weighted.sum(axis=0)
 
 
-def candidates(search: SearchFile, wish: Wanted, summaries: list[Summary], generator: numpy.random.Generator) -> list[dict]:
+def candidates(search: SearchFile, goals: Goals, summaries: list[Summary], generator: numpy.random.Generator) -> list[dict]:
     """Unknown designs, over the space and near the best ones."""
-    around = [one.design.is_ for one in best_first(wish, summaries)[:BEST_DESIGNS]]
+    around = [one.design.is_ for one in best_first(goals, summaries)[:BEST_DESIGNS]]
     pool = list(itertools.islice(drawn(search, generator), CANDIDATES))
     pool += [scattered(search, is_, generator) for is_ in around for _ in range(CANDIDATES // len(around))]
     known = [one.design.is_ for one in summaries]
     return [is_ for is_ in pool if is_ not in known]
 
 
-def sampled(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: int) -> Iterator[dict]:
+def sampled(search: SearchFile, goals: Goals, summaries: list[Summary], turn: int) -> Iterator[dict]:
     """A round's proposals, each once."""
     generator = generator_of(search, turn, 3)
-    pool = candidates(search, wish, summaries, generator)
-    objectives = [one for one in objectives_of(wish, summaries) if len(one[0]) > 1]
+    pool = candidates(search, goals, summaries, generator)
+    objectives = [one for one in objectives_of(goals, summaries) if len(one[0]) > 1]
     if not pool or not objectives:
         return
     points = numpy.array([coordinates(search, is_) for is_ in pool])
@@ -125,7 +125,7 @@ def sampled(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: in
             draws(known[have], numpy.array(values), points, search.batch, generator) for have, values in objectives
         ])
         excess = numpy.zeros((len(pool), search.batch))
-        constraints = constraints_of(wish, summaries)
+        constraints = constraints_of(goals, summaries)
         tightening = generator.random(search.batch) if any(most > 0.0 for _, most in constraints) else numpy.zeros(search.batch)
         for row, most in constraints:
             excess += numpy.maximum(draws(known, row, points, search.batch, generator) + most * tightening, 0.0)

@@ -1,8 +1,8 @@
 //! The bow of the converter's ramp from the signal over exposure, and figures freed from it.
 //!
-//! Model (`adc::ramp`): edge k of 2^b lies 4 h (k / 2^b) (1 - k / 2^b) LSB above a straight ramp, with h the height in the middle. So the
-//! level behind a mean code c is exactly c + 4 h u (1 - u) with u = (c + 1/2) / 2^b, and bright less dark levels are in proportion to the
-//! photons: h and the slope follow by least squares. A pixel whose gain falls with its charge bends the response the same way; frames
+//! Model (`adc::ramp`): ramp level k of 2^b lies 4 h (k / 2^b) (1 - k / 2^b) LSB above a straight ramp, with h the height in the middle. So
+//! the level behind a mean code c is exactly c + 4 h u (1 - u) with u = (c + 1/2) / 2^b, and bright less dark levels are in proportion to
+//! the photons: h and the slope follow by least squares. A pixel whose gain falls with its charge bends the response the same way; frames
 //! do not tell the two apart, and the bend is put down to the ramp.
 
 use super::parameters::{Fitted, SIGMAS};

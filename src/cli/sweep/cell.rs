@@ -66,16 +66,16 @@ impl<'a> Worker<'a> {
     }
 
     /// Runs a cell. A cell that fails has a record too. Fails where the user asked to stop.
-    pub fn run(&mut self, cell: &Cell, watch: &dyn Stopwatch) -> Result<CellRecord, Error> {
-        match self.figures(cell, watch) {
+    pub fn run(&mut self, cell: &Cell, stopwatch: &dyn Stopwatch) -> Result<CellRecord, Error> {
+        match self.figures(cell, stopwatch) {
             Err(error @ Error::Interrupted) => Err(error),
             Err(error) => Ok(CellRecord::of_error(&cell.name, error.to_string())),
             Ok(record) => Ok(record),
         }
     }
 
-    fn figures(&mut self, cell: &Cell, watch: &dyn Stopwatch) -> Result<CellRecord, Error> {
-        let started_s = watch.now_s();
+    fn figures(&mut self, cell: &Cell, stopwatch: &dyn Stopwatch) -> Result<CellRecord, Error> {
+        let started_s = stopwatch.now_s();
         let setup = self.prepare(self.loaded.cells.resolve(cell)?)?;
         let frames = setup.frames;
         let mut session = Session::new(setup)?;
@@ -88,7 +88,7 @@ impl<'a> Worker<'a> {
             if self.interrupted.load(Ordering::Relaxed) {
                 return Err(Error::Interrupted);
             }
-            signal.add(&session.step(watch)?);
+            signal.add(&session.step(stopwatch)?);
         }
         let report = session.report(&cell.name)?;
         let mut stages_s: BTreeMap<String, f64> =
@@ -98,7 +98,7 @@ impl<'a> Worker<'a> {
         }
         let photons_s = session.stage_s(STAGES[0]);
         self.last = Some(session.into_setup());
-        let cost = CellCost { cpu_s: watch.now_s() - started_s, photons_s, stages_s };
+        let cost = CellCost { cpu_s: stopwatch.now_s() - started_s, photons_s, stages_s };
         Ok(CellRecord::of_report(&cell.name, &report, &signal, cost))
     }
 }

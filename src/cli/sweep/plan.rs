@@ -97,15 +97,15 @@ fn need(loaded: &Loaded) -> Result<Need, Error> {
     let exposures = setup.exposures_at(PictureId { frame: FrameIndex(0), camera: 0 })?;
     let rounding = Rounding::new(setup.fidelity.render.rounding_sigma);
     let bytes: usize = exposures.iter().map(|exposure| encode(exposure, rounding).len()).sum();
-    let watch = ProcessorTime::start();
+    let stopwatch = ProcessorTime::start();
     let is_still = setup.is_still();
     let mut session = Session::new(setup)?;
     session.leave_pictures_unhashed();
-    let started_s = watch.now_s();
+    let started_s = stopwatch.now_s();
     for _ in 0..pilot {
-        session.step(&watch)?;
+        session.step(&stopwatch)?;
     }
-    let (whole_s, render_s) = (watch.now_s() - started_s, session.stage_s("render"));
+    let (whole_s, render_s) = (stopwatch.now_s() - started_s, session.stage_s("render"));
     let scale = f64::from(frames) / f64::from(pilot);
     // Frames of a still scene share one exposure.
     let rendered = if is_still { 1.0 } else { f64::from(frames) };

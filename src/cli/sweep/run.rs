@@ -46,7 +46,7 @@ struct Running<'a> {
 
 pub fn main(own: &SweepRunArguments, loaded: &Loaded, shared: &CommonOptions) -> Result<(), Error> {
     let specifications = specs::parse(&own.spec)?;
-    let watch = WallTime::start();
+    let stopwatch = WallTime::start();
     let interrupted = interrupt::watch();
     let chosen = chosen(own, loaded)?;
     let folder = SweepFolder::take(&loaded.target, own.shard.is_some() || own.cells.is_some())?;
@@ -78,7 +78,7 @@ pub fn main(own: &SweepRunArguments, loaded: &Loaded, shared: &CommonOptions) ->
         found = super::loaded::found(loaded, &folder);
     }
     let verdicts = specs::judged(&specifications, &loaded.cells, &found.records)?;
-    running.summary(chosen.len(), &verdicts, watch.now_s(), shared);
+    running.summary(chosen.len(), &verdicts, stopwatch.now_s(), shared);
     match running.failed.load(Ordering::Relaxed) {
         0 => Ok(()),
         failed => {
@@ -184,11 +184,11 @@ impl Running<'_> {
         std::thread::scope(|scope| {
             for _ in 0..threads {
                 scope.spawn(|| {
-                    let watch = ThreadWork::start();
+                    let stopwatch = ThreadWork::start();
                     let mut own = worker(setup.clone());
                     let run = || {
                         while let Some(cell) = others.get(next.fetch_add(1, Ordering::Relaxed)) {
-                            self.one(&mut own, cell, &watch, bar)?;
+                            self.one(&mut own, cell, &stopwatch, bar)?;
                         }
                         Ok(())
                     };
@@ -234,11 +234,17 @@ impl Running<'_> {
     }
 
     /// Runs one cell and writes its record.
-    fn one(&self, worker: &mut Worker<'_>, cell: &Cell, watch: &dyn Stopwatch, bar: &StepsBar) -> Result<(), Error> {
+    fn one(
+        &self,
+        worker: &mut Worker<'_>,
+        cell: &Cell,
+        stopwatch: &dyn Stopwatch,
+        bar: &StepsBar,
+    ) -> Result<(), Error> {
         if self.ended.lock().expect("no thread panics while it holds an error").is_some() {
             return Ok(());
         }
-        let record = match worker.run(cell, watch).inspect_err(|_| self.end(Error::Interrupted)) {
+        let record = match worker.run(cell, stopwatch).inspect_err(|_| self.end(Error::Interrupted)) {
             Err(Error::Interrupted) => return Err(self.stopped()),
             other => other?,
         };

@@ -5,7 +5,7 @@
 //! temperature or die leave the picture.
 
 use super::layout::WindowLayout;
-use super::row::{RowAt, RowBuffers};
+use super::row::{RowBuffers, TimedRow};
 use super::state::{Chain, ExposureInput, RowTimes};
 use crate::events::Events;
 use crate::num::{index, u64_from};
@@ -26,7 +26,8 @@ impl Chain {
         for row in 0..self.black.rows {
             let times = self.black_times(input, row);
             let array_rows = (0..together).map(|number| index(self.black.first_row + row * together + number));
-            let rows: Vec<RowAt> = array_rows.map(|array_row| self.at(input.capture, array_row, times)).collect();
+            let rows: Vec<TimedRow> =
+                array_rows.map(|array_row| self.timed_row(input.capture, array_row, times)).collect();
             for (number, sum_dn) in sums_dn.iter_mut().enumerate() {
                 self.load_black(number, &rows, &mut buffers);
                 self.read_once(number, rows[0], input, &mut buffers, &mut codes, events);
@@ -55,19 +56,19 @@ impl Chain {
     }
 
     /// Electrons of a black row at the sense node: of one array row, or of as many as the picture's charges come from.
-    fn load_black(&self, number: usize, rows: &[RowAt], buffers: &mut RowBuffers) {
-        let load = |at: RowAt, buffers: &mut RowBuffers| {
+    fn load_black(&self, number: usize, rows: &[TimedRow], buffers: &mut RowBuffers) {
+        let load = |timed_row: TimedRow, buffers: &mut RowBuffers| {
             buffers.values.fill(0.0);
-            self.gather(at, buffers);
-            self.readings[number].sense(at, self.die_seed, buffers);
+            self.gather(timed_row, buffers);
+            self.readings[number].sense(timed_row, self.die_seed, buffers);
         };
         let Some(layout) = self.charge_binning() else {
             load(rows[0], buffers);
             return;
         };
         let mut sums_e = vec![0.0; buffers.values.len()];
-        for &at in rows {
-            load(at, buffers);
+        for &timed_row in rows {
+            load(timed_row, buffers);
             layout.add_charges(&buffers.values, &mut sums_e);
         }
         buffers.values.copy_from_slice(&sums_e);

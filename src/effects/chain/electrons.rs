@@ -18,7 +18,7 @@ impl Chain {
             for (offset, row_e) in rows.chunks_exact_mut(width).enumerate() {
                 let array_row = first_row + number * ROWS_PER_CHUNK + offset;
                 self.load(&input, array_row, &mut buffers);
-                self.readings[0].sense(self.at_row(&input, array_row), self.die_seed, &mut buffers);
+                self.readings[0].sense(self.timed_row_of(&input, array_row), self.die_seed, &mut buffers);
                 row_e.copy_from_slice(&buffers.values[first_column..]);
             }
         };

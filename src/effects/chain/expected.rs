@@ -6,11 +6,11 @@
 //! a normal. The converters' part is in `adc/expected`. Effects that are in neither `NOT_DRAWN` nor `DRAWN` have no closed form
 //! here and are refused by name: defects with random draws, traps, clock jitter, and what spreads charge between pixels or frames.
 
-use super::row::{RowAt, RowBuffers};
+use super::row::{RowBuffers, TimedRow};
 use super::state::{Capture, Chain, ROWS_PER_CHUNK, RowTimes};
 use crate::adc::{CodeMoments, NoisyLevel, clipped};
 use crate::effect::Effect;
-use crate::effects::sampling;
+use crate::effects::sample_timing;
 use crate::error::Error;
 use crate::num::f32_nearest;
 use crate::parallel::over_chunks;
@@ -103,7 +103,7 @@ impl Chain {
             let mut buffers = self.buffers(width);
             for (offset, moments) in rows.chunks_exact_mut(width).enumerate() {
                 let row = index * ROWS_PER_CHUNK + offset;
-                let found = self.expected_row(photons.row(row), self.at(capture, row, times[row]), &mut buffers);
+                let found = self.expected_row(photons.row(row), self.timed_row(capture, row, times[row]), &mut buffers);
                 let converter = &self.readings[0].converter;
                 for (column, pixel) in moments.iter_mut().enumerate() {
                     let signal = NoisyLevel { mean_uv: found.mean[column], variance_uv2: found.variance[column] };
@@ -118,7 +118,7 @@ impl Chain {
         Expected { mean_dn: moments.map(|pixel| pixel[0]), variance_dn2: moments.map(|pixel| pixel[1]) }
     }
 
-    fn expected_row(&self, photons: &[f32], at: RowAt, buffers: &mut RowBuffers) -> ExpectedRow {
+    fn expected_row(&self, photons: &[f32], timed_row: TimedRow, buffers: &mut RowBuffers) -> ExpectedRow {
         let pixel = &self.parameters.pixel;
         buffers.values.copy_from_slice(photons);
         pixel::photons_to_mean_electrons(pixel, &mut buffers.values);
@@ -129,27 +129,28 @@ impl Chain {
             reset_variance_uv2: 0.0,
         };
         for effect in &self.charge_effects {
-            self.expect(effect.as_ref(), at, buffers, &mut row);
+            self.expect(effect.as_ref(), timed_row, buffers, &mut row);
         }
         let sensed = |effect: &&dyn Effect| effect.domain() == crate::effect::Domain::SensedElectrons;
         for effect in self.readings[0].effects().filter(sensed) {
-            self.expect(effect, at, buffers, &mut row);
+            self.expect(effect, timed_row, buffers, &mut row);
         }
         let gain = pixel.conversion_gain_uv_per_e;
         row.mean.iter_mut().for_each(|mean| *mean *= gain);
         row.variance.iter_mut().for_each(|variance| *variance *= gain * gain);
         for effect in self.readings[0].effects().filter(|effect| !sensed(effect)) {
-            self.expect(effect, at, buffers, &mut row);
+            self.expect(effect, timed_row, buffers, &mut row);
         }
         row
     }
 
-    fn expect(&self, effect: &dyn Effect, at: RowAt, buffers: &mut RowBuffers, row: &mut ExpectedRow) {
+    fn expect(&self, effect: &dyn Effect, timed_row: TimedRow, buffers: &mut RowBuffers, row: &mut ExpectedRow) {
         let pixel = &self.parameters.pixel;
         match effect.name() {
             "shot_noise" => row.variance.iter_mut().zip(&row.mean).for_each(|(variance, mean_e)| *variance += mean_e),
             "dark_current" => {
-                let (mean_e, _) = pixel::dark_charge_e(pixel, at.times.exposure_s, at.times.storage_s, pixel::ANY_DIE);
+                let RowTimes { exposure_s, storage_s, .. } = timed_row.times;
+                let (mean_e, _) = pixel::dark_charge_e(pixel, exposure_s, storage_s, pixel::ANY_DIE);
                 row.mean.iter_mut().for_each(|mean| *mean += mean_e);
                 row.variance.iter_mut().for_each(|variance| *variance += mean_e);
             }
@@ -160,13 +161,13 @@ impl Chain {
                 }
             }
             "storage_leakage" => {
-                let kept = libm::exp(-pixel.storage_leakage_per_s * at.times.storage_s);
+                let kept = libm::exp(-pixel.storage_leakage_per_s * timed_row.times.storage_s);
                 for (mean, variance) in row.mean.iter_mut().zip(&mut row.variance) {
                     *variance = kept * kept * *variance + kept * (1.0 - kept) * *mean;
                     *mean *= kept;
                 }
             }
-            name if NOT_DRAWN.contains(&name) => self.through(effect, at, buffers, row),
+            name if NOT_DRAWN.contains(&name) => self.through(effect, timed_row, buffers, row),
             name => {
                 let [signal_uv2, reset_uv2] = self.noise_uv2(name);
                 row.variance.iter_mut().for_each(|variance| *variance += signal_uv2);
@@ -178,8 +179,8 @@ impl Chain {
     /// Variances that a noise of `DRAWN` adds to signal and reset.
     fn noise_uv2(&self, name: &str) -> [f64; 2] {
         let (pixel, adc) = (&self.parameters.pixel, &self.parameters.adc);
-        let sampling = sampling(&self.parameters);
-        let shared = |variance_uv2: f64| match sampling.samples {
+        let timing = sample_timing(&self.parameters);
+        let shared = |variance_uv2: f64| match timing.samples {
             SampledLevels::Both => [0.5 * variance_uv2, 0.5 * variance_uv2],
             SampledLevels::Signal | SampledLevels::Difference => [variance_uv2, 0.0],
         };
@@ -189,9 +190,9 @@ impl Chain {
         };
         match name {
             "read_noise" => shared(pixel.read_noise_uv * pixel.read_noise_uv),
-            "flicker_noise" => shared(flicker_variance_uv2(pixel, sampling)),
+            "flicker_noise" => shared(flicker_variance_uv2(pixel, timing)),
             "ktc_noise" => {
-                let sigmas = ktc_sigmas(pixel, sampling.samples);
+                let sigmas = ktc_sigmas(pixel, timing.samples);
                 [sigmas.signal_uv * sigmas.signal_uv, sigmas.reset_uv * sigmas.reset_uv]
             }
             "column_noise" => [adc.column_noise_uv * adc.column_noise_uv, 0.0],
@@ -203,7 +204,7 @@ impl Chain {
     }
 
     /// Effects without draws act on two points, a sigma above and below the mean.
-    fn through(&self, effect: &dyn Effect, at: RowAt, buffers: &mut RowBuffers, row: &mut ExpectedRow) {
+    fn through(&self, effect: &dyn Effect, timed_row: TimedRow, buffers: &mut RowBuffers, row: &mut ExpectedRow) {
         let reset_uv = row.reset_uv.clone();
         let mut ends: [Vec<f32>; 2] = Default::default();
         for (end, side) in ends.iter_mut().zip([-1.0, 1.0]) {
@@ -211,7 +212,7 @@ impl Chain {
                 *value = f32_nearest(mean + side * variance.sqrt());
             }
             buffers.reset.copy_from_slice(&reset_uv);
-            effect.apply(&mut buffers.pass(at, self.die_seed));
+            effect.apply(&mut buffers.pass(timed_row, self.die_seed));
             end.clone_from(&buffers.values);
         }
         row.reset_uv.copy_from_slice(&buffers.reset);

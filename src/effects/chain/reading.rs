@@ -3,10 +3,10 @@
 //! A pixel is read once, or with dual conversion gain twice: the same charge at two gains, each conversion with independent noise.
 
 use super::super::Parameters;
-use super::row::{RowAt, RowBuffers};
+use super::row::{RowBuffers, TimedRow};
 pub(super) use super::state::Reading;
 use crate::adc::{self, Columns, Converter, RowWork};
-use crate::draw::{DrawKey, RowAddress};
+use crate::draw::{DrawKey, RowId};
 use crate::effect::{Domain, Effect};
 use crate::events::Events;
 use crate::pixel;
@@ -24,16 +24,16 @@ impl Reading {
 
     /// From gathered electrons to electrons at the sense node, in place. What happens to the charge happens once, so its draws are the
     /// same in every reading.
-    pub fn sense(&self, at: RowAt, die_seed: u64, buffers: &mut RowBuffers) {
+    pub fn sense(&self, timed_row: TimedRow, die_seed: u64, buffers: &mut RowBuffers) {
         let effects = &self.effects[..self.sampled_from];
-        buffers.apply_all(effects, (at, die_seed), f32::INFINITY, self.first_counter);
+        buffers.apply_all(effects, (timed_row, die_seed), f32::INFINITY, self.first_counter);
     }
 
     /// From electrons at the sense node to the samples at the converters' inputs, in place.
-    pub fn sample(&self, at: RowAt, die_seed: u64, buffers: &mut RowBuffers) {
+    pub fn sample(&self, timed_row: TimedRow, die_seed: u64, buffers: &mut RowBuffers) {
         buffers.reset.fill(0.0);
         pixel::electrons_to_microvolts(&self.parameters.pixel, &mut buffers.values);
-        let (from, row_and_die) = (self.sampled_from, (self.numbered(at), die_seed));
+        let (from, row_and_die) = (self.sampled_from, (self.numbered(timed_row), die_seed));
         buffers.apply_all(&self.effects[from..], row_and_die, f32::INFINITY, self.first_counter + from);
     }
 
@@ -77,7 +77,7 @@ impl Reading {
         }
     }
 
-    fn numbered(&self, at: RowAt) -> RowAt {
-        RowAt { address: RowAddress { slot: at.address.slot + self.number, ..at.address }, ..at }
+    fn numbered(&self, timed_row: TimedRow) -> TimedRow {
+        TimedRow { row_id: RowId { slot: timed_row.row_id.slot + self.number, ..timed_row.row_id }, ..timed_row }
     }
 }

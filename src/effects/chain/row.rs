@@ -2,7 +2,7 @@
 
 use super::layout::{WindowLayout, means};
 use super::state::{Capture, Chain, ExposureInput, RowSamples, RowTimes};
-use crate::draw::RowAddress;
+use crate::draw::RowId;
 use crate::effect::{Effect, KeptKeys, RowPass};
 use crate::events::{Event, Events};
 use crate::num::{index, low_u16, u64_from};
@@ -13,8 +13,8 @@ use crate::units::RowIndex;
 
 /// Which row, and when.
 #[derive(Clone, Copy)]
-pub(super) struct RowAt {
-    pub address: RowAddress,
+pub(super) struct TimedRow {
+    pub row_id: RowId,
     pub times: RowTimes,
 }
 
@@ -29,12 +29,12 @@ pub(super) struct RowBuffers {
     /// Codes of each reading at the array's columns.
     codes: Vec<Vec<u16>>,
     keys: KeptKeys,
-    /// Pixels over which each effect ran, by slot.
+    /// Pixels over which each effect ran, a counter an effect of a reading.
     pub hits: Vec<u64>,
 }
 
 impl RowBuffers {
-    pub fn new(width: usize, samples: SampledLevels, readings: usize, slots: usize) -> Self {
+    pub fn new(width: usize, samples: SampledLevels, readings: usize, counters: usize) -> Self {
         let reset = if samples == SampledLevels::Both { width } else { 0 };
         Self {
             values: vec![0.0; width],
@@ -44,14 +44,14 @@ impl RowBuffers {
             charge_e: Vec::new(),
             codes: vec![Vec::new(); readings],
             keys: KeptKeys::default(),
-            hits: vec![0; slots],
+            hits: vec![0; counters],
         }
     }
 
-    pub fn pass(&mut self, at: RowAt, die_seed: u64) -> RowPass<'_> {
-        let RowAt { address, times } = at;
+    pub fn pass(&mut self, timed_row: TimedRow, die_seed: u64) -> RowPass<'_> {
+        let TimedRow { row_id, times } = timed_row;
         RowPass {
-            address,
+            row_id,
             die_seed,
             exposure_s: times.exposure_s,
             storage_s: times.storage_s,
@@ -70,12 +70,12 @@ impl RowBuffers {
     pub fn apply_all(
         &mut self,
         effects: &[Box<dyn Effect>],
-        (at, die_seed): (RowAt, u64),
+        (timed_row, die_seed): (TimedRow, u64),
         saturated_from_e: f32,
         first_counter: usize,
     ) {
         let mut hits = std::mem::take(&mut self.hits);
-        let mut pass = self.pass(at, die_seed);
+        let mut pass = self.pass(timed_row, die_seed);
         pass.saturated_from_e = saturated_from_e;
         for (effect, hits) in effects.iter().zip(&mut hits[first_counter..]) {
             pass.idle_px = 0;
@@ -133,7 +133,7 @@ impl Chain {
             let array_rows = self.layout.as_ref().map_or(vec![index(row.0)], |layout| layout.charge_rows(index(row.0)));
             let mut buffers = self.buffers(photons.width_px());
             self.load_together(0, &input, &array_rows, &mut buffers);
-            self.readings[0].sample(self.at_row(&input, array_rows[0]), self.die_seed, &mut buffers);
+            self.readings[0].sample(self.timed_row_of(&input, array_rows[0]), self.die_seed, &mut buffers);
             RowSamples { signal_uv: picked(buffers.values), reset_uv: picked(buffers.reset) }
         };
         rows.iter().map(samples).collect()
@@ -149,7 +149,7 @@ impl Chain {
             inside.copy_from_slice(charge_e.row(row));
         } else {
             inside.copy_from_slice(input.photons.row(row));
-            self.gather(self.at(input.capture, array_row, input.times[row]), buffers);
+            self.gather(self.timed_row(input.capture, array_row, input.times[row]), buffers);
         }
     }
 
@@ -165,22 +165,22 @@ impl Chain {
     ) {
         let Some(merge) = &self.merge else {
             self.load_together(0, input, array_rows, buffers);
-            self.read_once(0, self.at_row(input, array_rows[0]), input, buffers, codes, events);
+            self.read_once(0, self.timed_row_of(input, array_rows[0]), input, buffers, codes, events);
             return;
         };
         let mut read = std::mem::take(&mut buffers.codes);
         for (number, codes) in read.iter_mut().enumerate() {
             codes.resize(buffers.values.len(), 0);
             self.load_together(number, input, array_rows, buffers);
-            self.read_once(number, self.at_row(input, array_rows[0]), input, buffers, codes, events);
+            self.read_once(number, self.timed_row_of(input, array_rows[0]), input, buffers, codes, events);
         }
         let rows: Vec<&[u16]> = read.iter().map(Vec::as_slice).collect();
         merge.merge_row(&rows, codes);
         buffers.codes = read;
     }
 
-    pub(super) fn at_row(&self, input: &ExposureInput<'_>, array_row: usize) -> RowAt {
-        self.at(input.capture, array_row, input.times[array_row - self.window_origin().0])
+    pub(super) fn timed_row_of(&self, input: &ExposureInput<'_>, array_row: usize) -> TimedRow {
+        self.timed_row(input.capture, array_row, input.times[array_row - self.window_origin().0])
     }
 
     /// Electrons at the sense node into the buffer: of one array row, or of several whose charges meet there.
@@ -188,7 +188,7 @@ impl Chain {
         let reading = &self.readings[number];
         let Some(layout) = self.charge_binning() else {
             self.load(input, array_rows[0], buffers);
-            reading.sense(self.at_row(input, array_rows[0]), self.die_seed, buffers);
+            reading.sense(self.timed_row_of(input, array_rows[0]), self.die_seed, buffers);
             return;
         };
         let mut sums_e = std::mem::take(&mut buffers.charge_e);
@@ -196,7 +196,7 @@ impl Chain {
         sums_e.resize(buffers.values.len(), 0.0);
         for &array_row in array_rows {
             self.load(input, array_row, buffers);
-            reading.sense(self.at_row(input, array_row), self.die_seed, buffers);
+            reading.sense(self.timed_row_of(input, array_row), self.die_seed, buffers);
             layout.add_charges(&buffers.values, &mut sums_e);
         }
         buffers.values.copy_from_slice(&sums_e);
@@ -207,14 +207,14 @@ impl Chain {
     pub(super) fn read_once(
         &self,
         number: usize,
-        at: RowAt,
+        timed_row: TimedRow,
         input: &ExposureInput<'_>,
         buffers: &mut RowBuffers,
         codes: &mut [u16],
         events: &mut Events,
     ) {
         let (reading, columns) = (&self.readings[number], &input.columns[number]);
-        reading.sample(at, self.die_seed, buffers);
+        reading.sample(timed_row, self.die_seed, buffers);
         reading.convert(columns, buffers, codes, events);
         if number == 0 {
             self.count_others(events);

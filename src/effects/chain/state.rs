@@ -43,7 +43,7 @@ pub struct Chain {
     pub(super) saturated_from_e: f32,
 }
 
-/// Which exposure is captured.
+/// Which exposure is captured, and what the frame before left in the array.
 #[derive(Clone, Copy, Debug)]
 pub struct Capture<'a> {
     /// Camera of the rig.

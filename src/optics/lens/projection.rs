@@ -5,13 +5,14 @@ use glam::{DVec2, DVec3};
 /// What roundings add to a rim: a point there and the bearing it returns to must not fall to different sides of it.
 pub(super) const RIM: f64 = 8.0 * f64::EPSILON;
 
-/// Rows of d(position)/d(point).
+/// Rows of the derivative of a position in the picture by the point in space.
 pub type ProjectionJacobian = [[f64; 3]; 2];
 
-/// Rows of d(bearing)/d(position).
+/// Rows of the derivative of a bearing by the position in the picture.
 pub type BearingJacobian = [[f64; 2]; 3];
 
-/// A point of the mapping's plane, and rows of its derivative by the point in space, each times one of two scales.
+/// A point of the mapping's plane, and rows of its derivative by the point in space, each times one of two scales: with the focal lengths
+/// in pixels, rows of the derivative of the position in the picture.
 pub(super) type Projected = (DVec2, ProjectionJacobian);
 
 /// Depth over the distance `d` of [`denominator`] at which the pinhole's rays touch the sphere or ellipsoid (alpha above 1/2) or run along

@@ -1,5 +1,5 @@
 //! Radial-tangential distortion (Brown 1966 and Conrady 1919, as OpenCV and Kalibr define it): a polynomial over the pinhole's
-//! plane z = 1. Only points before the camera have an image there.
+//! plane z = 1. Only points in front of the camera have an image there.
 
 use glam::{DVec2, DVec3};
 

@@ -130,7 +130,7 @@ fn a_lens_ends_where_its_polynomial_folds_over() {
 }
 
 #[test]
-fn no_two_bearings_of_the_domain_share_a_place() {
+fn no_two_bearings_of_the_domain_share_a_position() {
     // The determinant of the mapping changes sign nowhere inside the stated radius, however strong the tangential terms.
     let mut tried = 0;
     for k1 in [-0.4, -0.1, 0.0, 0.2] {

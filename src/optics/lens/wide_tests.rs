@@ -65,7 +65,7 @@ fn bearings(lens: &Lens) -> Vec<(f64, DVec3)> {
 }
 
 #[test]
-fn places_and_bearings_return_to_themselves_up_to_the_rim() {
+fn positions_and_bearings_return_to_themselves_up_to_the_rim() {
     let (mut tried, mut behind) = (0, 0);
     for lens in lenses() {
         for (share, bearing) in bearings(&lens) {

@@ -61,8 +61,8 @@ impl Estimate {
 }
 
 /// Indices of a pixel and of the eight around it, row by row, in a picture of `count` pixels.
-pub fn around(at: usize, width: usize, count: usize) -> impl Iterator<Item = usize> {
-    let (x, y, height) = (at % width, at / width, count / width);
+pub fn around(pixel: usize, width: usize, count: usize) -> impl Iterator<Item = usize> {
+    let (x, y, height) = (pixel % width, pixel / width, count / width);
     let columns = x.saturating_sub(1)..(x + 2).min(width);
     let rows = y.saturating_sub(1)..(y + 2).min(height);
     rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
@@ -70,10 +70,10 @@ pub fn around(at: usize, width: usize, count: usize) -> impl Iterator<Item = usi
 
 /// Squared contrast of a pixel to the eight around it: their variance, plus half the squared difference between their mean and the pixel.
 /// The second value is the mean variance that the last doubling removed from those eight.
-fn contrast2(first_batches: &[FirstBatch], width: usize, at: usize) -> (f32, f32) {
+fn contrast2(first_batches: &[FirstBatch], width: usize, pixel: usize) -> (f32, f32) {
     let (mut sum, mut squares, mut removed_variance, mut count) = (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
-    for other in around(at, width, first_batches.len()).filter(|other| *other != at) {
-        let difference = first_batches[other].photons - first_batches[at].photons;
+    for other in around(pixel, width, first_batches.len()).filter(|other| *other != pixel) {
+        let difference = first_batches[other].photons - first_batches[pixel].photons;
         sum += difference;
         squares += difference * difference;
         removed_variance += first_batches[other].removed_variance;
@@ -93,10 +93,10 @@ const SURE_SIGMAS: f32 = 3.0;
 /// two pixels. With probability 1 / (2 n) it lies in the share 1 / n of a pixel that the samples missed. The error is then uniform up to
 /// c / n, with the mean square (c / n)^2 / 3. Together that is c^2 / (6 n^3). The contrast is that of samples, not of pixels: slits of sky
 /// are thinner than a pixel.
-pub fn missed_variance_n3(first_batches: &[FirstBatch], width: usize, at: usize) -> f32 {
+pub fn missed_variance_n3(first_batches: &[FirstBatch], width: usize, pixel: usize) -> f32 {
     let mut most = 0.0_f32;
-    for other in around(at, width, first_batches.len()) {
-        let difference = first_batches[other].photons - first_batches[at].photons;
+    for other in around(pixel, width, first_batches.len()) {
+        let difference = first_batches[other].photons - first_batches[pixel].photons;
         let within = PER_SPREAD * first_batches[other].spread;
         let contrast2 = if difference * difference > within { difference * difference } else { within };
         most = if contrast2 > most { contrast2 } else { most };
@@ -126,35 +126,35 @@ pub fn first_estimates(
     saturation_photons: f32,
     is_sampled: impl Fn(usize) -> bool,
 ) -> Vec<Estimate> {
-    let one = |at: usize| {
-        let (contrast2, removed_variance) = contrast2(first_batches, width, at);
-        (contrast2, removed_variance, missed_variance_n3(first_batches, width, at))
+    let one = |pixel: usize| {
+        let (contrast2, removed_variance) = contrast2(first_batches, width, pixel);
+        (contrast2, removed_variance, missed_variance_n3(first_batches, width, pixel))
     };
     let rows: Vec<Vec<_>> =
         collected(first_batches.len() / width, |row| (row * width..(row + 1) * width).map(one).collect());
     // Ratio of the remaining variance, estimated from halves, to the squared contrasts.
     let (mut remaining_sum, mut contrast2_sum) = (0.0_f64, 0.0_f64);
-    for (at, (pixel, (contrast2, ..))) in first_batches.iter().zip(rows.iter().flatten()).enumerate() {
-        if pixel.photons > 0.0 && pixel.photons < saturation_photons && is_sampled(at) {
-            remaining_sum += f64::from(LEFT_TYPICAL * pixel.removed_variance / pixel.photons);
-            contrast2_sum += f64::from(*contrast2 / pixel.photons);
+    for (pixel, (batch, (contrast2, ..))) in first_batches.iter().zip(rows.iter().flatten()).enumerate() {
+        if batch.photons > 0.0 && batch.photons < saturation_photons && is_sampled(pixel) {
+            remaining_sum += f64::from(LEFT_TYPICAL * batch.removed_variance / batch.photons);
+            contrast2_sum += f64::from(*contrast2 / batch.photons);
         }
     }
     let per_contrast2 = if contrast2_sum > 0.0 { f32_nearest(remaining_sum / contrast2_sum) } else { 0.0 };
     let n = f32_from_u32(samples);
-    let of = |(at, (pixel, &(contrast2, removed_variance, missed))): (usize, (&FirstBatch, &(f32, f32, f32)))| {
-        if !is_sampled(at) {
+    let of = |(pixel, (batch, &(contrast2, removed_variance, missed))): (usize, (&FirstBatch, &(f32, f32, f32)))| {
+        if !is_sampled(pixel) {
             return Estimate { photons: 0.0, variance: 0.0, samples: 0, stage: Stage::First };
         }
         let resolved = LEFT_TYPICAL * removed_variance + per_contrast2 * contrast2;
         let mut variance = 0.5 * resolved + missed / (n * n * n);
         // Few samples of a pixel at the rim of a lamp are as likely to be all of the lamp as not, and so are most of them.
-        if !(pixel.photons < saturation_photons) {
-            for least in [0.25 * contrast2, pixel.spread / n] {
+        if !(batch.photons < saturation_photons) {
+            for least in [0.25 * contrast2, batch.spread / n] {
                 variance = if least > variance { least } else { variance };
             }
         }
-        Estimate { photons: pixel.photons, variance, samples, stage: Stage::First }
+        Estimate { photons: batch.photons, variance, samples, stage: Stage::First }
     };
     first_batches.iter().zip(rows.iter().flatten()).enumerate().map(of).collect()
 }

@@ -3,7 +3,7 @@
 use super::super::motion::Timeline;
 use super::objects::{ObjectInView, Objects};
 use super::settings::{COLUMNS, ROWS};
-use super::view::{Aim, Met, ObjectHits, PacketPixels, Traced, View};
+use super::view::{Met, ObjectHits, PacketPixels, PacketSamples, Traced, View};
 use crate::num::index;
 use crate::scene::lanes::{Floats, LANES, unrolled};
 use crate::scene::light::BANDS;
@@ -30,7 +30,7 @@ pub fn tiles_in_view(objects: &[ObjectInView], view: &View, timelines: &[Timelin
     };
     let tiles: Vec<Vec<bool>> = crate::parallel::collected(height.div_ceil(ROWS), of_group);
     // A pixel may show a sliver of a surface that the ray through its corner passed by: then a neighbour shows more of it.
-    let beside = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
+    let beside = |number: usize, count: usize| number.saturating_sub(1)..(number + 2).min(count);
     let grown = |group: usize| {
         let is_near = |tile: usize| {
             beside(group, tiles.len()).any(|group| beside(tile, tiles[group].len()).any(|tile| tiles[group][tile]))
@@ -51,7 +51,8 @@ impl View<'_> {
     ) -> bool {
         let pose = timeline.pieces[0].at(Floats::splat(0.0));
         let direction = pose.turned(pixels.corners[0]);
-        let packet = Packet { origin_m: pose.position_m(), direction, t_min: Floats::splat(0.0), t_max: pixels.t_max };
+        let packet =
+            Packet { origin_m: pose.translation_m(), direction, t_min: Floats::splat(0.0), t_max: pixels.t_max };
         // A pixel on a slanting surface is longer than wide: twice its width covers the most that a neighbour does not.
         let slack = pixels.spread + pixels.spread;
         if objects.iter().any(|object| object.may_be_met(group, &packet, slack)) {
@@ -64,23 +65,23 @@ impl View<'_> {
         if self.reflections > 0 && !objects.is_empty() && hits.triangle.iter().any(mirrors) {
             return true;
         }
-        let Some(shadows) = self.scene.shadows() else { return false };
+        let Some(shadows) = self.scene.traced_shadows() else { return false };
         let t_m = lanes.select(hits.t, Floats::splat(0.0));
         let at_m = unrolled!(AXIS in 3 => packet.origin_m[AXIS] + direction[AXIS] * t_m);
         let of_object = |object: &ObjectInView| {
-            let from = |towards| (object.parts_may_shade(group, &at_m, towards, slack * t_m) & lanes).any();
-            shadows.towards_each().iter().any(from)
+            let from = |source| (object.parts_may_shade(group, &at_m, source, slack * t_m) & lanes).any();
+            shadows.bounds_of_each().iter().any(from)
         };
         objects.iter().any(of_object)
     }
 }
 
-/// Finds which rays meet an object before the fixed scene.
+/// Finds which rays meet an object before the static scene.
 pub(super) struct AmongObjects<'a> {
-    pub aim: &'a Aim<'a>,
+    pub samples: &'a PacketSamples<'a>,
     /// In the camera's frame.
     pub rays: Packet,
-    /// The same rays in the world, and what they meet of the fixed scene.
+    /// The same rays in the world, and what they meet of the static scene.
     pub fixed: Traced,
     pub stack: &'a mut Stack,
 }
@@ -90,8 +91,8 @@ impl Kernel for AmongObjects<'_> {
 
     #[inline(always)]
     fn run(self) -> Met {
-        let Self { aim, rays, mut fixed, stack } = self;
-        let Objects { all, group, instants } = aim.objects;
+        let Self { samples, rays, mut fixed, stack } = self;
+        let Objects { all, group, instants } = samples.objects;
         // Rays that end before they begin.
         let ended = Floats::splat(-1.0);
         let is_ray = Floats::splat(0.0).below(fixed.packet.t_max);
@@ -103,7 +104,7 @@ impl Kernel for AmongObjects<'_> {
                 continue;
             }
             let mut gathered = None;
-            let pose = instants.of(&object.timelines[group], &mut gathered).at(aim.share);
+            let pose = instants.of(&object.timelines[group], &mut gathered).at(samples.share);
             let packet = Packet { t_max: is_ray.select(distance_m, ended), ..pose.rays(&rays) };
             let mut traced = Traced::through(&object.lit, packet, stack);
             let lanes = traced.hits.met() & is_ray;

@@ -33,7 +33,7 @@ pub struct FirstBatch {
 pub struct Nearest {
     /// `f32::MAX` where none was met.
     pub distance_m: f32,
-    /// Number of the moving object from 1; 0 for the fixed scene.
+    /// Number of the moving object from 1; 0 for the static scene.
     pub object: u32,
 }
 

@@ -95,8 +95,8 @@ impl<'a> FrameRender<'a> {
     }
 
     /// Whether a pixel is rendered.
-    pub fn is_rendered(&self, at: usize) -> bool {
-        let (x, y) = (at % self.width(), at / self.width());
+    pub fn is_rendered(&self, pixel: usize) -> bool {
+        let (x, y) = (pixel % self.width(), pixel / self.width());
         self.kept.as_ref().is_none_or(|kept| kept.tiles[y / ROWS][x / COLUMNS])
     }
 

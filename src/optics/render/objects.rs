@@ -1,5 +1,5 @@
-//! Moving objects in a render. A rigid object that moves before a camera is a camera that moves before the object: rays are turned into the
-//! object's frame and traced against its own tree there, each at its own instant.
+//! Moving objects in a render. A rigid object that moves in front of a camera is a camera that moves in front of the object: rays are
+//! turned into the object's frame and traced against its own tree there, each at its own instant.
 
 use super::super::motion::{PacketMotion, Parabolas, Timeline};
 use super::settings::ROWS;
@@ -7,7 +7,7 @@ use crate::parallel::collected;
 use crate::pose::Pose;
 use crate::scene::LitScene;
 use crate::scene::lanes::{Floats, LANES, Mask, Vectors};
-use crate::scene::lit::Towards;
+use crate::scene::lit::SourceBounds;
 use crate::scene::object::{MovingObject, PlacedBall};
 use crate::scene::tracer::Packet;
 use crate::units::Span;
@@ -73,22 +73,22 @@ impl ObjectInView {
 
     /// Which lanes' points may be shaded by it over the exposures of a group of rows from the lanes' sources, by its whole.
     #[inline(always)]
-    pub fn may_shade(&self, group: usize, at_m: &Vectors, towards: &Towards, slack_m: Floats) -> Mask {
-        towards.may_be_blocked(self.balls_m[group].0, at_m, slack_m)
+    pub fn may_shade(&self, group: usize, at_m: &Vectors, sources: &SourceBounds, slack_m: Floats) -> Mask {
+        sources.may_be_blocked(self.balls_m[group].0, at_m, slack_m)
     }
 
     /// The same by its parts.
     #[inline(always)]
-    pub fn parts_may_shade(&self, group: usize, at_m: &Vectors, towards: &Towards, slack_m: Floats) -> Mask {
+    pub fn parts_may_shade(&self, group: usize, at_m: &Vectors, sources: &SourceBounds, slack_m: Floats) -> Mask {
         let (whole, parts) = &self.balls_m[group];
-        let near = towards.may_be_blocked(*whole, at_m, slack_m);
+        let near = sources.may_be_blocked(*whole, at_m, slack_m);
         if !near.any() {
             return near;
         }
         // No fold: its closure would be compiled without the instructions of the kernel around it.
         let mut by_part = Mask([0; LANES]);
         for part in parts {
-            by_part = by_part | towards.may_be_blocked(*part, at_m, slack_m);
+            by_part = by_part | sources.may_be_blocked(*part, at_m, slack_m);
         }
         near & by_part
     }

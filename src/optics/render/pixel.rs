@@ -11,7 +11,7 @@ use super::pixel_samples::{OF_BEFORE, PixelSamples};
 use super::rays::Sample;
 use super::settings::{COLUMNS, ROWS};
 use super::shear::{ShearedSamples, sheared_lanes};
-use super::view::{Aim, PacketPixels, lane3};
+use super::view::{PacketPixels, PacketSamples, lane3};
 use crate::draw::sobol::points;
 use crate::draw::{DrawKey, mix};
 use crate::num::{f32_from_u32, f32_nearest, index, low_u32, u32_from, u32_truncated_f32, u64_from};
@@ -58,7 +58,7 @@ impl FrameRender<'_> {
             for pixel_samples in refined {
                 if pixel_samples.samples == 0 {
                     pixel_samples.missed_variance_n3 =
-                        missed_variance_n3(first_batches, self.width(), pixel_samples.at);
+                        missed_variance_n3(first_batches, self.width(), pixel_samples.pixel);
                 } else if pixel_samples.samples >= rule.samples || rule.is_enough(pixel_samples) {
                     continue;
                 }
@@ -67,18 +67,18 @@ impl FrameRender<'_> {
         });
     }
 
-    /// Doubles a pixel's samples, which are named by `kind`, a mark of keys, until a rule has enough. They are sheared along the motion
+    /// Doubles a pixel's samples, whose key bears `key_mark`, until a rule has enough. They are sheared along the motion
     /// of the nearest surface that this pixel or one of its four neighbours met.
     pub fn refine_pixel(
         &self,
-        kind: u64,
+        key_mark: u64,
         pixel_samples: &mut PixelSamples,
         first_batches: &[FirstBatch],
         rule: &StoppingRule,
         stack: &mut Stack,
     ) {
-        let (at, width) = (pixel_samples.at, self.width());
-        let (x, y) = (at % width, at / width);
+        let (pixel, width) = (pixel_samples.pixel, self.width());
+        let (x, y) = (pixel % width, pixel / width);
         let beside = [
             y * width + x.saturating_sub(1),
             y * width + (x + 1).min(width - 1),
@@ -87,10 +87,10 @@ impl FrameRender<'_> {
         ];
         let nearest = beside
             .into_iter()
-            .fold(first_batches[at].nearest, |nearest, other| nearest.or(first_batches[other].nearest));
-        let key = self.sampling.key.with(u64_from(y)).with(u64_from(x) | kind);
-        let pixel = Pixel { frame: self, timeline: &self.timelines[y / ROWS], at: [x, y], key };
-        dispatch(Refinement { pixel, pixel_samples, nearest, rule, stack });
+            .fold(first_batches[pixel].nearest, |nearest, other| nearest.or(first_batches[other].nearest));
+        let key = self.sampling.key.with(u64_from(y)).with(u64_from(x) | key_mark);
+        let shared = Pixel { frame: self, timeline: &self.timelines[y / ROWS], xy: [x, y], key };
+        dispatch(Refinement { pixel: shared, pixel_samples, nearest, rule, stack });
     }
 }
 
@@ -100,7 +100,7 @@ struct Pixel<'a> {
     /// How the camera moves over the exposure of the row and its neighbours.
     timeline: &'a Timeline,
     /// Column and row.
-    at: [usize; 2],
+    xy: [usize; 2],
     /// Key of its samples.
     key: DrawKey,
 }
@@ -110,21 +110,21 @@ impl Pixel<'_> {
     fn velocity_px(&self, pixels: &PacketPixels, Nearest { distance_m, object }: Nearest) -> [f32; 2] {
         let timeline = match object.checked_sub(1) {
             None => self.timeline,
-            Some(number) => &self.frame.objects[index(number)].timelines[self.at[1] / ROWS],
+            Some(number) => &self.frame.objects[index(number)].timelines[self.xy[1] / ROWS],
         };
         if timeline.is_still || pixels.t_max.0[0] < 0.0 {
             return [0.0; 2];
         }
         // Beyond any scene; what is infinitely far goes with the turn alone.
         let distance_m = if distance_m < 1e6 { distance_m } else { 1e6 };
-        let lane = self.at[1] % ROWS * COLUMNS;
-        let (pose, change) = (timeline.turn_at(lane, 0.5), timeline.change_at(lane, 0.5));
+        let lane = self.xy[1] % ROWS * COLUMNS;
+        let (pose, change) = (timeline.pose_at(lane, 0.5), timeline.change_at(lane, 0.5));
         let [first, right, down, last] = pixels.corners.each_ref().map(|corners| lane3(corners, 0));
         let bearing = [0, 1, 2].map(|axis| 0.25 * (first[axis] + right[axis] + down[axis] + last[axis]));
         let to = |corner: [f32; 3]| pose.turned(sub(corner, first));
         let direction = pose.turned(bearing);
         let (right, down) = (across(to(right), direction), across(to(down), direction));
-        let (turn, shift_m) = (change.turned(bearing), change.position_m());
+        let (turn, shift_m) = (change.turned(bearing), change.translation_m());
         let travel = across([0, 1, 2].map(|axis| turn[axis] + shift_m[axis] / distance_m), direction);
         let (rr, rd, dd) = (dot(right, right), dot(right, down), dot(down, down));
         let (tr, td) = (dot(travel, right), dot(travel, down));
@@ -145,17 +145,17 @@ impl Pixel<'_> {
         shares: &SampleShare,
         stack: &mut Stack,
     ) -> Floats {
-        let Self { frame: FrameRender { view, objects, lamp_levels, .. }, timeline, at, .. } = self;
+        let Self { frame: FrameRender { view, objects, lamp_levels, .. }, timeline, xy, .. } = self;
         let [_, _, t] = sheared.coordinates;
         let mut levels = [1.0; LANES];
         if !view.scene.is_steady() {
             for lane in 0..LANES {
-                levels[lane] = lamp_levels[at[1]][index(u32_truncated_f32(t.0[lane] * 16.0))];
+                levels[lane] = lamp_levels[xy[1]][index(u32_truncated_f32(t.0[lane] * 16.0))];
             }
         }
         let pieces = f32_from_u32(u32_from(timeline.pieces.len()));
-        let (group, row) = (at[1] / ROWS, at[1] % ROWS);
-        let mut aim = Aim {
+        let (group, row) = (xy[1] / ROWS, xy[1] % ROWS);
+        let mut samples = PacketSamples {
             pixels,
             coordinates: sheared.coordinates,
             motion: PacketMotion::Shared(timeline.first_of_row(row)),
@@ -175,13 +175,13 @@ impl Pixel<'_> {
                 let time = t.0[lane] * pieces;
                 let piece = u32_truncated_f32(time);
                 piece_of[lane] = index(piece);
-                aim.share.0[lane] = time - f32_from_u32(piece);
+                samples.share.0[lane] = time - f32_from_u32(piece);
             }
             gathered = timeline.gathered(lane, &piece_of);
-            aim.motion = PacketMotion::ByLane(&gathered);
-            aim.objects.instants = Instants::Pieces(lane, &piece_of);
+            samples.motion = PacketMotion::ByLane(&gathered);
+            samples.objects.instants = Instants::Pieces(lane, &piece_of);
         }
-        dispatch(Sample { view, aim: &aim, stack }).0
+        dispatch(Sample { view, samples: &samples, stack }).0
     }
 }
 
@@ -202,7 +202,7 @@ impl Kernel for Refinement<'_> {
     #[inline(always)]
     fn run(self) {
         let Self { pixel, pixel_samples, nearest, rule, stack } = self;
-        let Pixel { frame, at: [x, y], key, .. } = pixel;
+        let Pixel { frame, xy: [x, y], key, .. } = pixel;
         let mut pixels = PacketPixels { facet_seeds: [low_u32(mix(key.0) >> 32); LANES], ..PacketPixels::NONE };
         pixels.set(0..LANES, frame.view.camera, [x, y], &frame.photons_per_lux(x, y));
         let velocity_px = pixel.velocity_px(&pixels, nearest);

@@ -9,7 +9,7 @@ use crate::scene::lanes::{Floats, LANES};
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PixelSamples {
     /// Index of the pixel in the picture, row by row.
-    pub at: usize,
+    pub pixel: usize,
     /// Mean photons.
     pub photons: f32,
     pub samples: u32,

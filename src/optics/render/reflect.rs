@@ -1,13 +1,13 @@
 //! Specular reflection: follows the rays that met gloss, and adds the light that they bring back.
 //!
-//! Lanes without gloss pay nothing. After the last bounce a surface counts as diffuse.
+//! Lanes without gloss pay nothing. After the last reflection a surface counts as diffuse.
 
-use super::super::motion::Turns;
-use super::view::{Aim, Filter, Met, ObjectHits, Traced, View, lane3};
+use super::super::motion::PacketPoses;
+use super::view::{Filter, Met, ObjectHits, PacketSamples, Traced, View, lane3};
 use crate::draw::sobol::{fifth, fourth};
 use crate::scene::lanes::{Floats, LANES, unrolled};
 use crate::scene::light::BANDS;
-use crate::scene::lit::BOUNCES_MAX;
+use crate::scene::lit::REFLECTIONS_MAX;
 use crate::scene::tracer::{MISS, Packet, Stack};
 use crate::simd::Kernel;
 
@@ -28,9 +28,9 @@ struct Paths {
 pub(super) struct Reflection<'a, 'b> {
     pub view: &'a View<'b>,
     pub met: Met,
-    pub aim: &'a Aim<'a>,
+    pub samples: &'a PacketSamples<'a>,
     /// Of the camera at each ray's instant.
-    pub pose: &'a Turns,
+    pub pose: &'a PacketPoses,
     /// What each ray would be without.
     pub lux: [Floats; BANDS],
     pub stack: &'a mut Stack,
@@ -41,16 +41,16 @@ impl Kernel for Reflection<'_, '_> {
 
     #[inline(always)]
     fn run(self) -> [Floats; BANDS] {
-        let Self { view, mut met, aim, pose, lux, stack } = self;
+        let Self { view, mut met, samples, pose, lux, stack } = self;
         let mut paths = Paths { weight: [Floats::splat(1.0); BANDS], settled: [Floats::splat(0.0); BANDS], last: lux };
         let mut length_m = met.nearest().distance_m;
-        for bounce in 0..view.reflections.min(BOUNCES_MAX) {
-            let Some(packet) = view.reflected(&met, aim, bounce, pose, &mut paths) else { break };
+        for reflection in 0..view.reflections.min(REFLECTIONS_MAX) {
+            let Some(packet) = view.reflected(&met, samples, reflection, pose, &mut paths) else { break };
             let fixed = Traced::through(view.scene, packet, stack);
-            met = view.among_objects(fixed, pose.rays_back(&packet), aim, stack);
+            met = view.among_objects(fixed, pose.rays_back(&packet), samples, stack);
             length_m = length_m + met.nearest().distance_m;
-            let width_m = length_m * aim.pixels.spread * Floats::splat(aim.shares.pixel);
-            let (lux, _) = view.shade(&met, aim, &Filter::Reflected { width_m, pose }, stack);
+            let width_m = length_m * samples.pixels.spread * Floats::splat(samples.shares.pixel);
+            let (lux, _) = view.shade(&met, samples, &Filter::Reflected { width_m, pose }, stack);
             let is_followed = Floats::splat(0.0).below(packet.t_max);
             for band in 0..BANDS {
                 paths.last[band] = is_followed.select(paths.weight[band] * lux[band], paths.last[band]);
@@ -63,11 +63,18 @@ impl Kernel for Reflection<'_, '_> {
 impl View<'_> {
     /// Splits the light of the lanes that met gloss and turns their rays; none if there are none.
     #[inline(never)]
-    fn reflected(&self, met: &Met, aim: &Aim, bounce: u32, pose: &Turns, paths: &mut Paths) -> Option<Packet> {
-        let mut next = self.reflected_by_one(&met.fixed, aim, bounce, paths);
+    fn reflected(
+        &self,
+        met: &Met,
+        samples: &PacketSamples,
+        reflection: u32,
+        pose: &PacketPoses,
+        paths: &mut Paths,
+    ) -> Option<Packet> {
+        let mut next = self.reflected_by_one(&met.fixed, samples, reflection, paths);
         for ObjectHits { object, traced, pose: of_object } in &met.objects {
-            let view = View { scene: &aim.objects.all[*object].lit, ..*self };
-            let own = view.reflected_by_one(traced, aim, bounce, paths);
+            let view = View { scene: &samples.objects.all[*object].lit, ..*self };
+            let own = view.reflected_by_one(traced, samples, reflection, paths);
             let (lanes, own) = (Floats::splat(0.0).below(own.t_max), pose.rays(&of_object.rays_back(&own)));
             for axis in 0..3 {
                 next.origin_m[axis] = lanes.select(own.origin_m[axis], next.origin_m[axis]);
@@ -78,8 +85,8 @@ impl View<'_> {
         Floats::splat(0.0).below(next.t_max).any().then_some(next)
     }
 
-    /// The same of the fixed scene or of one object, in its frame.
-    fn reflected_by_one(&self, traced: &Traced, aim: &Aim, bounce: u32, paths: &mut Paths) -> Packet {
+    /// The same of the static scene or of one object, in its frame.
+    fn reflected_by_one(&self, traced: &Traced, samples: &PacketSamples, reflection: u32, paths: &mut Paths) -> Packet {
         let Traced { hits, packet } = traced;
         let mut next = Packet { t_max: Floats::splat(-1.0), ..*packet };
         for lane in (0..LANES).filter(|&lane| packet.t_max.0[lane] > 0.0 && hits.triangle[lane] != MISS) {
@@ -87,12 +94,12 @@ impl View<'_> {
                 continue;
             }
             let direction = lane3(&packet.direction, lane);
-            let at = [hits.u.0[lane], hits.v.0[lane]];
-            let Some(facet) = self.scene.facet(hits.triangle[lane], at, direction, self.follows_gloss) else {
+            let weights = [hits.u.0[lane], hits.v.0[lane]];
+            let Some(facet) = self.scene.facet(hits.triangle[lane], weights, direction, self.follows_gloss) else {
                 continue;
             };
-            let (number, seed) = (aim.numbers[lane], aim.pixels.facet_seeds[lane]);
-            let numbers = || [fourth(number, seed, bounce), fifth(number, seed, bounce)];
+            let (number, seed) = (samples.numbers[lane], samples.pixels.facet_seeds[lane]);
+            let numbers = || [fourth(number, seed, reflection), fifth(number, seed, reflection)];
             let (away, share, diffuse) = facet.reflected(direction, numbers);
             let mut is_black = true;
             for band in 0..BANDS {

@@ -25,7 +25,7 @@ const CHUNK: usize = 16;
 #[derive(Clone, Copy, Debug)]
 pub struct Replicate {
     /// Index of the pixel in the picture, row by row.
-    pub at: usize,
+    pub pixel: usize,
     /// How many pixels it stands for.
     pub weight: f64,
 }
@@ -45,11 +45,11 @@ const CLAIM_LEAST: f64 = 0.2;
 pub fn choose(estimates: &[Estimate], width: usize, saturation_photons: f32, key: DrawKey) -> Vec<Replicate> {
     let samples: u64 = estimates.iter().map(|estimate| u64::from(estimate.samples)).sum();
     let mut replicates = Vec::new();
-    for kind in [Stage::First, Stage::Refined] {
-        let is_in = |estimate: &Estimate| estimate.stage == kind && estimate.counts(saturation_photons);
+    for stage in [Stage::First, Stage::Refined] {
+        let is_in = |estimate: &Estimate| estimate.stage == stage && estimate.counts(saturation_photons);
         let of = || estimates.iter().enumerate().filter(|(_, estimate)| is_in(estimate));
         let count = f64_from_usize(of().count());
-        let own: Vec<f64> = of().map(|(at, _)| claim(estimates, width, at, saturation_photons)).collect();
+        let own: Vec<f64> = of().map(|(pixel, _)| claim(estimates, width, pixel, saturation_photons)).collect();
         let mean = own.iter().sum::<f64>() / count;
         let claims_of = || of().zip(own.iter().map(|own| own + CLAIM_LEAST * mean));
         let (mut claims, mut cost) = (0.0, 0.0);
@@ -60,12 +60,12 @@ pub fn choose(estimates: &[Estimate], width: usize, saturation_photons: f32, key
         let affordable = SAMPLES_SHARE * f64_from_u64(samples) * claims / cost;
         let most = lesser(REPLICATES_MAX, f64_from_usize(estimates.len()) * PIXELS_SHARE);
         let wanted = greater(lesser(most, affordable), REPLICATES_MIN);
-        for ((at, _), claim) in claims_of() {
+        for ((pixel, _), claim) in claims_of() {
             // Where nothing claims an error, all claim the same.
             let chance = if claims > 0.0 { wanted * claim / claims } else { wanted / count };
-            let draw = key.with(u64_from(at)).uniform();
+            let draw = key.with(u64_from(pixel)).uniform();
             if draw < chance {
-                replicates.push(Replicate { at, weight: if chance < 1.0 { 1.0 / chance } else { 1.0 } });
+                replicates.push(Replicate { pixel, weight: if chance < 1.0 { 1.0 / chance } else { 1.0 } });
             }
         }
     }
@@ -74,10 +74,10 @@ pub fn choose(estimates: &[Estimate], width: usize, saturation_photons: f32, key
 
 /// Variance over photons that a pixel claims. Beside a lamp few samples may have met it or none, and then say nothing of it: an n-th of
 /// the square of what is missing to saturation.
-fn claim(estimates: &[Estimate], width: usize, at: usize, saturation_photons: f32) -> f64 {
-    let own = &estimates[at];
+fn claim(estimates: &[Estimate], width: usize, pixel: usize, saturation_photons: f32) -> f64 {
+    let own = &estimates[pixel];
     let is_beside_lamp =
-        around(at, width, estimates.len()).any(|other| !(estimates[other].photons < saturation_photons));
+        around(pixel, width, estimates.len()).any(|other| !(estimates[other].photons < saturation_photons));
     let missing = saturation_photons - own.photons;
     let variance = missing * missing / f32_from_u32(own.samples);
     f64::from(if is_beside_lamp && variance > own.variance {
@@ -98,10 +98,10 @@ pub fn variance_ratio(
 ) -> f64 {
     let pixels = estimates.iter().filter(|estimate| estimate.counts(saturation_photons)).count();
     let of = |(replicate, others): (&Replicate, &[f32; 2])| {
-        let own = f64::from(estimates[replicate.at].photons);
+        let own = f64::from(estimates[replicate.pixel].photons);
         // Nothing beyond saturation shows.
         let [a, b] = others.map(|other| f64::from(if other < saturation_photons { other } else { saturation_photons }));
-        let share = if estimates[replicate.at].stage == Stage::Refined { 0.5 } else { 1.0 };
+        let share = if estimates[replicate.pixel].stage == Stage::Refined { 0.5 } else { 1.0 };
         let mean = 0.5 * own + 0.25 * (a + b);
         if mean > 0.0 { replicate.weight * share * (own - a) * (own - b) / mean } else { 0.0 }
     };
@@ -123,18 +123,18 @@ impl FrameRender<'_> {
         let mut all = vec![([0.0; 2], 0); replicates.len()];
         over_chunks(&mut all, CHUNK, |chunk, some| {
             let mut stack = Stack::new();
-            for (found, &Replicate { at, .. }) in some.iter_mut().zip(&replicates[chunk * CHUNK..]) {
-                let mut replicate_of = |kind: u64, samples: u32| {
+            for (found, &Replicate { pixel, .. }) in some.iter_mut().zip(&replicates[chunk * CHUNK..]) {
+                let mut replicate_of = |key_mark: u64, samples: u32| {
                     let rule = StoppingRule { samples, least_gain: None, saturation_photons: f32::INFINITY, ..*rule };
-                    let missed_variance_n3 = missed_variance_n3(first_batches, self.width(), at);
-                    let mut pixel_samples = PixelSamples { at, missed_variance_n3, ..PixelSamples::default() };
-                    self.refine_pixel(OF_REFINED | kind, &mut pixel_samples, first_batches, &rule, &mut stack);
+                    let missed_variance_n3 = missed_variance_n3(first_batches, self.width(), pixel);
+                    let mut pixel_samples = PixelSamples { pixel, missed_variance_n3, ..PixelSamples::default() };
+                    self.refine_pixel(OF_REFINED | key_mark, &mut pixel_samples, first_batches, &rule, &mut stack);
                     (pixel_samples.photons, u64::from(pixel_samples.samples))
                 };
-                *found = match estimates[at].stage {
+                *found = match estimates[pixel].stage {
                     Stage::Refined => {
                         // A given number has rays beside it, which a replicate chooses for itself.
-                        let grown = estimates[at].samples - first_batch_samples;
+                        let grown = estimates[pixel].samples - first_batch_samples;
                         let samples = if rule.share.is_some() { rule.samples } else { grown };
                         let (photons, rays) = replicate_of(OF_REPLICATE, samples);
                         ([photons; 2], rays)
@@ -159,42 +159,43 @@ mod tests {
     use crate::num::{f32_nearest, low_u32};
 
     #[test]
-    fn twins_tell_the_error_whatever_is_claimed() {
+    fn replicates_state_the_error_whatever_is_claimed() {
         const PIXELS: u64 = 40_000;
         let normal = |key: DrawKey| normal_quantile(low_u32(key.0));
-        let mut told = Vec::new();
+        let mut stated = Vec::new();
         // Claims that are right, the same for all, and false by a factor of 10 either way.
-        for kind in 0..3_u64 {
-            let key = DrawKey::root(31).with(kind);
-            let true_variance = |at: u64| -> f64 { if at.is_multiple_of(50) { 400.0 } else { 4.0 } };
-            let claim = |at: u64| match kind {
-                0 => true_variance(at),
+        for claims in 0..3_u64 {
+            let key = DrawKey::root(31).with(claims);
+            let true_variance = |pixel: u64| -> f64 { if pixel.is_multiple_of(50) { 400.0 } else { 4.0 } };
+            let claim = |pixel: u64| match claims {
+                0 => true_variance(pixel),
                 1 => 10.0,
-                _ => true_variance(at) * if at.is_multiple_of(3) { 10.0 } else { 0.1 },
+                _ => true_variance(pixel) * if pixel.is_multiple_of(3) { 10.0 } else { 0.1 },
             };
-            let photons =
-                |at: u64, side: u64| f32_nearest(1_000.0 + true_variance(at).sqrt() * normal(key.with(side).with(at)));
-            let estimate = |at: u64| Estimate {
-                photons: photons(at, 1),
-                variance: f32_nearest(claim(at)),
+            let photons = |pixel: u64, side: u64| {
+                f32_nearest(1_000.0 + true_variance(pixel).sqrt() * normal(key.with(side).with(pixel)))
+            };
+            let estimate = |pixel: u64| Estimate {
+                photons: photons(pixel, 1),
+                variance: f32_nearest(claim(pixel)),
                 samples: 16,
-                stage: if at.is_multiple_of(2) { Stage::Refined } else { Stage::First },
+                stage: if pixel.is_multiple_of(2) { Stage::Refined } else { Stage::First },
             };
             let estimates: Vec<Estimate> = (0..PIXELS).map(estimate).collect();
             let replicates = choose(&estimates, 200, f32::INFINITY, key.with(3));
-            let others = |replicate: &Replicate| match estimates[replicate.at].stage {
-                Stage::Refined => [photons(u64_from(replicate.at), 2); 2],
-                Stage::First => [2, 4].map(|side| photons(u64_from(replicate.at), side)),
+            let others = |replicate: &Replicate| match estimates[replicate.pixel].stage {
+                Stage::Refined => [photons(u64_from(replicate.pixel), 2); 2],
+                Stage::First => [2, 4].map(|side| photons(u64_from(replicate.pixel), side)),
             };
             let seen: Vec<_> = replicates.iter().map(others).collect();
             assert!(replicates.len() > 200 && replicates.len() < 2_400, "{}", replicates.len());
-            told.push(variance_ratio(&estimates, &replicates, &seen, f32::INFINITY));
+            stated.push(variance_ratio(&estimates, &replicates, &seen, f32::INFINITY));
         }
         // (400 + 49 * 4) / 50 over 1,000 photons. Some 400 replicates of each half; where claims are right each adds a chi squared of
         // one degree: sqrt(2 / 400) = 7 %, and some three times that where they are false.
         let expected = (400.0 + 49.0 * 4.0) / 50.0 / 1_000.0;
-        for (told, sigma) in told.iter().zip([0.07, 0.2, 0.2]) {
-            assert!((told / expected - 1.0).abs() < 4.0 * sigma, "{told} for {expected}");
+        for (stated, sigma) in stated.iter().zip([0.07, 0.2, 0.2]) {
+            assert!((stated / expected - 1.0).abs() < 4.0 * sigma, "{stated} for {expected}");
         }
     }
 }

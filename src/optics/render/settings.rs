@@ -3,7 +3,7 @@
 use crate::draw::DrawKey;
 use crate::plane::Plane;
 use crate::scene::lanes::LANES;
-use crate::scene::lit::BOUNCES_MAX;
+use crate::scene::lit::REFLECTIONS_MAX;
 
 /// Columns of the square of pixels that a packet covers: a tile.
 pub const COLUMNS: usize = 4;
@@ -36,7 +36,7 @@ pub struct Sampling {
     /// Still pictures that are averaged, at the middles of equal parts of the exposure: how others merge sub-frames, and a
     /// reference; 0 for rays that each have their own instant.
     pub subframes: u32,
-    /// Reflections that a ray follows, up to `BOUNCES_MAX`; 0: every surface is diffuse.
+    /// Reflections that a ray follows, up to `REFLECTIONS_MAX`; 0: every surface is diffuse.
     pub reflections: u32,
     /// Whether it follows them at gloss and glaze too, and not only at mirrors. Highlights of bright lamps in rough gloss are found
     /// by chance alone, so they cost far more samples than anything else.
@@ -57,7 +57,7 @@ impl Sampling {
             samples_max: samples_per_pixel,
             tolerance: 0.0,
             subframes: 0,
-            reflections: BOUNCES_MAX,
+            reflections: REFLECTIONS_MAX,
             follows_gloss: true,
             electrons_per_photon: 1.0,
             saturation_photons: f32::INFINITY,

@@ -1,15 +1,14 @@
-//! Shadow rays: the light that a surface of the fixed scene has more, or less, than the bake gives it, beside edges of shadows and where
+//! Shadow rays: the light that a surface of the static scene has more, or less, than the bake gives it, beside edges of shadows and where
 //! moving objects stand in the way of a source.
 
 use super::objects::Objects;
-use super::view::{Aim, Traced, View};
+use super::view::{PacketSamples, Traced, View};
 use crate::draw::sobol::{fifth, fourth};
 use crate::num::u32_from;
-use crate::optics::motion::Turns;
-use crate::scene::bake::Aimed;
+use crate::optics::motion::PacketPoses;
 use crate::scene::lanes::{Floats, LANES, Mask, Vectors, next_lane, unrolled};
 use crate::scene::light::{BANDS, Bands};
-use crate::scene::lit::{Relief, Shadows, Towards};
+use crate::scene::lit::{Relief, Shadows, SourceBounds};
 use crate::scene::tracer::{Packet, Stack, blocked_through};
 use crate::simd::Kernel;
 
@@ -27,7 +26,7 @@ pub(super) struct OnSurface<'a, 'b> {
     pub traced: &'a Traced,
     pub triangle: u32,
     pub lanes: Mask,
-    pub aim: &'a Aim<'a>,
+    pub samples: &'a PacketSamples<'a>,
     /// Of the choice of points on sources.
     pub seeds: &'a [u32; LANES],
 }
@@ -46,7 +45,7 @@ pub(super) struct EdgeShadows<'a, 'b> {
 pub(super) struct ObjectShadows<'a, 'b> {
     pub surface: OnSurface<'a, 'b>,
     /// Of the camera at each ray's instant.
-    pub pose: &'a Turns,
+    pub pose: &'a PacketPoses,
     pub stack: &'a mut Stack,
 }
 
@@ -74,13 +73,13 @@ impl OnSurface<'_, '_> {
     /// The number that chooses the point of a source that a lane's sample asks.
     #[inline(always)]
     fn number(&self, lane: usize, source: u32) -> f32 {
-        fourth(self.aim.numbers[lane], self.seeds[lane], OF_SOURCES + source)
+        fourth(self.samples.numbers[lane], self.seeds[lane], OF_SOURCES + source)
     }
 
     /// The number that chooses the point in each quarter of a wide source.
     #[inline(always)]
     fn quarter_number(&self, lane: usize, source: u32) -> f32 {
-        fifth(self.aim.numbers[lane], self.seeds[lane], OF_SOURCES + 1 + source)
+        fifth(self.samples.numbers[lane], self.seeds[lane], OF_SOURCES + 1 + source)
     }
 
     /// Normals where a lane's ray met the triangle, by a texel of its normal map.
@@ -94,7 +93,7 @@ impl OnSurface<'_, '_> {
     /// Level of a source's light.
     #[inline(always)]
     fn level(&self, source: u32, lane: usize) -> f32 {
-        if self.shadows.flickers(source) { self.aim.lamp_levels[lane] } else { 1.0 }
+        if self.shadows.flickers(source) { self.samples.lamp_levels[lane] } else { 1.0 }
     }
 
     #[inline(always)]
@@ -102,21 +101,6 @@ impl OnSurface<'_, '_> {
         let scene = self.view.scene.scene();
         blocked_through(&scene.bvh, &scene.mesh, packet, stack)
     }
-}
-
-#[inline(always)]
-fn no_rays() -> Packet {
-    let [zero, one] = [Floats::splat(0.0), Floats::splat(1.0)];
-    Packet { origin_m: [zero; 3], direction: [one, zero, zero], t_min: zero, t_max: Floats::splat(-1.0) }
-}
-
-#[inline(always)]
-fn set(packet: &mut Packet, lane: usize, ray: &Aimed) {
-    for axis in 0..3 {
-        packet.origin_m[axis].0[lane] = ray.origin_m[axis];
-        packet.direction[axis].0[lane] = ray.direction[axis];
-    }
-    packet.t_max.0[lane] = ray.t_max;
 }
 
 /// Middle, in all lanes, and radius of a ball around the points of some lanes.
@@ -153,7 +137,7 @@ impl Kernel for EdgeShadows<'_, '_> {
         while sources != 0 {
             let source = sources.trailing_zeros();
             sources &= sources - 1;
-            let mut packet = no_rays();
+            let mut packet = Packet::idle();
             let (mut unoccluded, mut received) = (Floats::splat(0.0), Floats::splat(0.0));
             let mut rest = surface.lanes.bits();
             while rest != 0 {
@@ -164,7 +148,7 @@ impl Kernel for EdgeShadows<'_, '_> {
                 let scene = surface.view.scene;
                 let Some(ray) = scene.shadow_ray_by_light(shadows, (at_m, normal), source, numbers) else { continue };
                 let level = surface.level(source, lane);
-                set(&mut packet, lane, &ray);
+                packet.set_ray(lane, ray.origin_m, ray.direction, ray.t_max);
                 let tilted = reliefs[lane].map_or(1.0, |relief| shadows.tilted(source, at_m, &relief));
                 let sent = light.unoccluded * ray.cone * level;
                 (unoccluded.0[lane], received.0[lane]) = (sent * tilted, light.received * level);
@@ -179,7 +163,7 @@ impl Kernel for EdgeShadows<'_, '_> {
         }
         for lane in 0..LANES {
             let (Hit { around, at_m, .. }, Some(relief)) = (&hits[lane], &reliefs[lane]) else { continue };
-            let level = surface.aim.lamp_levels[lane];
+            let level = surface.samples.lamp_levels[lane];
             let scene = surface.view.scene;
             let of_lane = scene.light_on_relief(shadows, (around, *at_m), relief, asked[lane], level);
             for band in 0..BANDS {
@@ -196,7 +180,7 @@ impl Kernel for ObjectShadows<'_, '_> {
     #[inline(always)]
     fn run(self) -> [Floats; BANDS] {
         let Self { surface, pose, stack } = self;
-        let Objects { all, group, instants } = surface.aim.objects;
+        let Objects { all, group, instants } = surface.samples.objects;
         let Traced { hits, packet: camera_rays } = surface.traced;
         let at_m = unrolled!(AXIS in 3 => camera_rays.origin_m[AXIS] + camera_rays.direction[AXIS] * hits.t);
         let none = Floats::splat(0.0);
@@ -204,14 +188,14 @@ impl Kernel for ObjectShadows<'_, '_> {
         let (middle_m, reach_m) = ball_around(&at_m, surface.lanes);
         let mut sources = 0_u32;
         for object in all {
-            sources |= object.may_shade(group, &middle_m, surface.shadows.towards(), reach_m).bits();
+            sources |= object.may_shade(group, &middle_m, surface.shadows.bounds_by_lane(), reach_m).bits();
         }
         if sources == 0 {
             return added;
         }
         let [(sample_side, _), ..] = surface.hit(next_lane(&mut surface.lanes.bits())).around;
         let least_lux = FAINT * surface.view.scene.baked_lux(sample_side);
-        sources &= surface.shadows.towards().may_give(&middle_m, least_lux).bits();
+        sources &= surface.shadows.bounds_by_lane().may_give(&middle_m, least_lux).bits();
         if sources == 0 {
             return added;
         }
@@ -221,23 +205,23 @@ impl Kernel for ObjectShadows<'_, '_> {
         let mut rest = surface.lanes.bits();
         while rest != 0 {
             let lane = next_lane(&mut rest);
-            let at = [at_m[0].0[lane], at_m[1].0[lane], at_m[2].0[lane]];
+            let position_m = [at_m[0].0[lane], at_m[1].0[lane], at_m[2].0[lane]];
             let [x, y, z] = [0, 1, 2].map(|axis| camera_rays.direction[axis].0[lane] * plane[axis]);
             let normal = if x + y + z > 0.0 { plane.map(|x| -x) } else { plane };
-            let lux = surface.shadows.towards().lux_at(at, normal);
-            let number = fifth(surface.aim.numbers[lane], surface.seeds[lane], OF_SOURCES);
+            let lux = surface.shadows.bounds_by_lane().lux_at(position_m, normal);
+            let number = fifth(surface.samples.numbers[lane], surface.seeds[lane], OF_SOURCES);
             (source_of[lane], per_share.0[lane]) = chosen(sources, &lux, number);
-            points[lane] = (at, normal);
+            points[lane] = (position_m, normal);
         }
-        let towards = Towards::chosen(surface.shadows.towards_each(), &source_of);
+        let chosen_sources = SourceBounds::chosen(surface.shadows.bounds_of_each(), &source_of);
         let mut asked = Mask([0; LANES]);
         for object in all {
-            asked = asked | object.parts_may_shade(group, &at_m, &towards, none) & surface.lanes;
+            asked = asked | object.parts_may_shade(group, &at_m, &chosen_sources, none) & surface.lanes;
         }
         if !asked.any() {
             return added;
         }
-        let (mut rays, mut lux) = (no_rays(), [none; BANDS]);
+        let (mut rays, mut lux) = (Packet::idle(), [none; BANDS]);
         let mut rest = asked.bits();
         while rest != 0 {
             let lane = next_lane(&mut rest);
@@ -249,24 +233,24 @@ impl Kernel for ObjectShadows<'_, '_> {
             for band in 0..BANDS {
                 lux[band].0[lane] = of_lane[band] * level;
             }
-            set(&mut rays, lane, &ray);
+            rays.set_ray(lane, ray.origin_m, ray.direction, ray.t_max);
         }
         let from_camera = pose.rays_back(&rays);
         let mut shaded = Mask([0; LANES]);
         for object in all {
-            let near = object.parts_may_shade(group, &at_m, &towards, none) & asked;
+            let near = object.parts_may_shade(group, &at_m, &chosen_sources, none) & asked;
             if !near.any() {
                 continue;
             }
             let mut gathered = None;
-            let own = instants.of(&object.timelines[group], &mut gathered).at(surface.aim.share);
+            let own = instants.of(&object.timelines[group], &mut gathered).at(surface.samples.share);
             let t_max = near.select(shaded.select(Floats::splat(-1.0), rays.t_max), Floats::splat(-1.0));
             let packet = Packet { t_max, ..own.rays(&from_camera) };
             let shape = object.lit.scene();
             shaded = shaded | blocked_through(&shape.bvh, &shape.mesh, &packet, stack);
         }
         if shaded.any() {
-            // What the fixed scene shades anyway has no more to lose.
+            // What the static scene shades anyway has no more to lose.
             let left = Packet { t_max: shaded.select(rays.t_max, Floats::splat(-1.0)), ..rays };
             let already = surface.blocked(&left, stack);
             for band in 0..BANDS {

@@ -193,8 +193,8 @@ mod tests {
             let mut point = [0.3, 0.3, 0.6];
             point[axis] = (f32_from_u32(step) + 0.5) / f32_from_u32(STEPS);
             let ShearedSamples { coordinates, inwards } = sheared_lanes(point.map(Floats::splat), velocity_px, count);
-            let [at, t] = [coordinates[axis], coordinates[2]].map(|lanes| lanes.0[0]);
-            let met = at + velocity_px[axis] * t + inwards[axis].0[0];
+            let [position, t] = [coordinates[axis], coordinates[2]].map(|lanes| lanes.0[0]);
+            let met = position + velocity_px[axis] * t + inwards[axis].0[0];
             let difference = f64::from(met - 0.5 * (1.0 + velocity_px[axis]));
             sum += difference;
             squares += difference * difference;

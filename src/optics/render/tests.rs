@@ -181,8 +181,8 @@ fn a_strip_thinner_than_a_sample_has_its_own_area() {
                 count += 1.0;
             }
         }
-        // A slanting edge of a net of n has a variance of 1 / 9 n^1.5 in a pixel, so two edges in up to three pixels of a row (more as it
-        // lies down: 1 / cos) leave 0.036 for 64. The rays of a row's pixels are independent, so the mean of 64 is known to an eighth.
+        // n Sobol' points leave a slanting edge a variance of 1 / 9 n^1.5 in a pixel, so two edges in up to three pixels of a row (more as
+        // it lies down: 1 / cos) leave 0.036 for 64. The rays of a row's pixels are independent, so the mean of 64 is known to an eighth.
         let sigma = 0.036 / libm::cos(angle_rad);
         let (rms, mean) = ((squares / count).sqrt(), sum / count);
         assert!(rms < 2.0 * sigma, "{angle_rad} rad, {goes_m_per_s} m/s: {rms}");

@@ -5,7 +5,7 @@ use super::frame::{FrameRender, lamp_level, rows_of, share};
 use super::objects::{Instants, Objects};
 use super::rays::Sample;
 use super::settings::{COLUMNS, ROWS, Sampling};
-use super::view::{Aim, PacketPixels};
+use super::view::{PacketPixels, PacketSamples};
 use crate::draw::sobol::{self, SHARED_BITS, SamplePoint, Seeds};
 use crate::draw::{DrawKey, mix};
 use crate::num::{f32_from_u32, index, low_u32, u32_from, u32_truncated_f32, u64_from};
@@ -22,8 +22,8 @@ impl FrameRender<'_> {
     pub fn render_first_batch(&self, count: u32) -> Vec<FirstBatch> {
         let Sampling { subframes, samples_per_pixel, key, .. } = self.sampling;
         // A still picture is filtered for itself, and not along the motion.
-        let [pixel, exposure] = if subframes > 0 { [share(samples_per_pixel), 0.0] } else { [share(count); 2] };
-        let shares = SampleShare::new(pixel, exposure);
+        let [of_pixel, of_exposure] = if subframes > 0 { [share(samples_per_pixel), 0.0] } else { [share(count); 2] };
+        let shares = SampleShare::new(of_pixel, of_exposure);
         let strata_log2 = count.ilog2().min(SHARED_BITS);
         let strata = if subframes > 0 { index(subframes) } else { 1 << strata_log2 };
         let mut first_batches = vec![FirstBatch::NONE; self.width() * self.shutter.len()];
@@ -47,8 +47,8 @@ impl FrameRender<'_> {
             });
         });
         if let Some(kept) = &self.kept {
-            let photons = kept.photons.values().iter().enumerate().filter(|(at, _)| !self.is_rendered(*at));
-            photons.for_each(|(at, photons)| first_batches[at].photons = *photons);
+            let photons = kept.photons.values().iter().enumerate().filter(|(pixel, _)| !self.is_rendered(*pixel));
+            photons.for_each(|(pixel, photons)| first_batches[pixel].photons = *photons);
         }
         first_batches
     }
@@ -145,7 +145,7 @@ impl Rows<'_> {
             } else if !timeline.is_still {
                 piece = sobol::stratum(shared, timeline.pieces.len().trailing_zeros());
             }
-            let aim = Aim {
+            let samples = PacketSamples {
                 pixels,
                 coordinates: [x, y, t],
                 motion: PacketMotion::ByLane(&timeline.pieces[piece]),
@@ -158,7 +158,7 @@ impl Rows<'_> {
                 numbers: &[number; LANES],
                 objects: Objects { all: objects, group: self.group, instants: Instants::Tile(piece) },
             };
-            let (photons, met) = dispatch(Sample { view, aim: &aim, stack });
+            let (photons, met) = dispatch(Sample { view, samples: &samples, stack });
             quarters.add(number, photons);
             for lane in 0..LANES {
                 let met = Nearest { distance_m: met.distance_m.0[lane], object: met.object[lane] };

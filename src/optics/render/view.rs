@@ -1,9 +1,9 @@
-//! What a ray's light depends on: the view, the pixels of a packet and the aim of its rays.
+//! What a ray's light depends on: the view, the pixels of a packet and the samples of its rays.
 
 use std::ops::Range;
 
 use super::super::camera::Camera;
-use super::super::motion::{PacketMotion, Turn, Turns};
+use super::super::motion::{LanePose, PacketMotion, PacketPoses};
 use super::objects::Objects;
 use super::settings::Sampling;
 use crate::num::u32_from;
@@ -81,7 +81,7 @@ impl PacketPixels {
 
     /// From the first corner of a lane's pixel to another, at a distance.
     #[inline(always)]
-    pub fn step_m(&self, [lane, corner]: [usize; 2], pose: &Turn, t_m: f32) -> [f32; 3] {
+    pub fn step_m(&self, [lane, corner]: [usize; 2], pose: &LanePose, t_m: f32) -> [f32; 3] {
         let step = pose.turned(sub(lane3(&self.corners[corner], lane), lane3(&self.corners[0], lane)));
         [step[0] * t_m, step[1] * t_m, step[2] * t_m]
     }
@@ -93,9 +93,9 @@ pub fn lane3(vectors: &Vectors, lane: usize) -> [f32; 3] {
     [vectors[0].0[lane], vectors[1].0[lane], vectors[2].0[lane]]
 }
 
-/// Where, when and for how much of its pixel each lane's ray stands.
+/// The samples that the rays of a packet take: where, when and for how much of its pixel each lane's ray stands.
 #[derive(Clone, Copy)]
-pub struct Aim<'a> {
+pub struct PacketSamples<'a> {
     pub pixels: &'a PacketPixels,
     /// Position in the pixel from its left and from its upper edge, and in the exposure, each 0..1.
     pub coordinates: [Floats; 3],
@@ -122,9 +122,9 @@ pub struct Aim<'a> {
 /// What a look-up of a texture averages over, with the pose that leads from the camera to the rays' frame.
 pub enum Filter<'a> {
     /// A share of the pixel and of the motion, by ray differentials.
-    Primary { bearing: &'a Vectors, pose: &'a Turns },
+    Primary { bearing: &'a Vectors, pose: &'a PacketPoses },
     /// A circle, by the length of the path.
-    Reflected { width_m: Floats, pose: &'a Turns },
+    Reflected { width_m: Floats, pose: &'a PacketPoses },
 }
 
 /// A packet of rays and what they met.
@@ -149,12 +149,12 @@ pub struct ObjectHits {
     /// In its frame.
     pub traced: Traced,
     /// `object_from_camera` at each ray's instant.
-    pub pose: Turns,
+    pub pose: PacketPoses,
 }
 
 /// What a packet of rays met.
 pub struct Met {
-    /// Of the fixed scene; rays that met an object have ended.
+    /// Of the static scene; rays that met an object have ended.
     pub fixed: Traced,
     pub objects: Vec<ObjectHits>,
 }
@@ -162,7 +162,7 @@ pub struct Met {
 /// The nearest surfaces that the samples of a packet met, by lane.
 pub struct NearestHits {
     pub distance_m: Floats,
-    /// Number of the moving object from 1; 0 for the fixed scene.
+    /// Number of the moving object from 1; 0 for the static scene.
     pub object: [u32; LANES],
 }
 

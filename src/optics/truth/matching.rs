@@ -3,7 +3,7 @@
 
 use glam::DVec2;
 
-use super::surface::{Point, Surfaces, idle, is_inside, set_lane};
+use super::surface::{Point, Surfaces, is_inside, set_ray};
 use super::view::TruthView;
 use crate::num::{f32_nearest, f64_from_usize, u32_from};
 use crate::parallel::collected;
@@ -12,7 +12,7 @@ use crate::pose::Pose;
 use crate::scene::lanes::LANES;
 use crate::scene::mesh::BackfaceCulled;
 use crate::scene::object::Shapes;
-use crate::scene::tracer::{MISS, Stack, closest_through};
+use crate::scene::tracer::{MISS, Packet, Stack, closest_through};
 
 /// Visibility of a pixel's point in the other view. The numbers are those of kept pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -140,7 +140,7 @@ fn mark_occluded(scene: &Shapes<'_>, found: &mut [PixelMatch]) {
     for group in found.chunks_mut(LANES) {
         for object in 0..=u32_from(scene.objects.len()) {
             let shape = scene.shape(object);
-            let mut packet = idle();
+            let mut packet = Packet::idle();
             for (lane, found) in group.iter().enumerate() {
                 let Some((point, t_s, pose)) = &found.met else { continue };
                 let toward = point.at(scene, *t_s).toward(pose);
@@ -154,7 +154,7 @@ fn mark_occluded(scene: &Shapes<'_>, found: &mut [PixelMatch]) {
                         (object_from_world.point(pose.translation_m), direction)
                     }
                 };
-                set_lane(&mut packet, lane, origin_m, direction, t_max);
+                set_ray(&mut packet, lane, origin_m, direction, t_max);
             }
             let hits = closest_through(&shape.bvh, &BackfaceCulled(&shape.mesh), &packet, &mut stack);
             for (lane, found) in group.iter_mut().enumerate() {

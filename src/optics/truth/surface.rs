@@ -8,7 +8,7 @@ use crate::parallel::collected;
 use crate::plane::Plane;
 use crate::pose::Pose;
 use crate::scene::Scene;
-use crate::scene::lanes::{Floats, LANES};
+use crate::scene::lanes::LANES;
 use crate::scene::mesh::{BackfaceCulled, Mesh};
 use crate::scene::object::Shapes;
 use crate::scene::tracer::{MISS, Packet, Stack, closest_through};
@@ -25,7 +25,7 @@ pub struct Surfaces {
     pub range_m: Plane<f64>,
     /// Triangle of the object's shape, or `tracer::MISS`.
     pub triangle: Plane<u32>,
-    /// Number of the moving object from 1; 0 for the fixed scene.
+    /// Number of the moving object from 1; 0 for the static scene.
     pub object: Plane<u32>,
 }
 
@@ -54,14 +54,14 @@ fn surfaces_of_row(scene: &Shapes<'_>, view: &TruthView<'_>, row: usize) -> Vec<
     let mut found = vec![NearestSurface { range_m: f64::INFINITY, triangle: MISS, object: 0 }; bearings.len()];
     for (number, (shape, world_from_shape)) in (0_u32..).zip(shapes_at(scene, view.row_time_s(row))) {
         let pose = world_from_shape.inverse().then(&view.row_poses[row]);
-        // The fixed scene's frame is the world, and no bit of the pose may change on the way.
+        // The static scene's frame is the world, and no bit of the pose may change on the way.
         let pose = if number == 0 { view.row_poses[row] } else { pose };
         add_surfaces(shape, number, &pose, &bearings, &mut found);
     }
     found
 }
 
-/// The fixed scene and each object's shape, with `world_from_shape` at a time.
+/// The static scene and each object's shape, with `world_from_shape` at a time.
 pub(super) fn shapes_at<'a>(scene: &Shapes<'a>, t_s: f64) -> impl Iterator<Item = (&'a Scene, Pose)> {
     let objects = scene.objects.iter().map(move |object| (object.shape(), object.world_from_object(t_s)));
     std::iter::once((scene.fixed, Pose::IDENTITY)).chain(objects)
@@ -73,10 +73,10 @@ fn add_surfaces(shape: &Scene, object: u32, pose: &Pose, bearings: &[Option<DVec
     for (group, found) in bearings.chunks(LANES).zip(found.chunks_mut(LANES)) {
         let directions: Vec<Option<DVec3>> =
             group.iter().map(|bearing| bearing.map(|bearing| pose.direction(bearing))).collect();
-        let mut packet = idle();
+        let mut packet = Packet::idle();
         for (lane, direction) in directions.iter().enumerate() {
             if let Some(direction) = direction {
-                set_lane(&mut packet, lane, pose.translation_m, *direction, f32::MAX);
+                set_ray(&mut packet, lane, pose.translation_m, *direction, f32::MAX);
             }
         }
         let hits = closest_through(&shape.bvh, &BackfaceCulled(&shape.mesh), &packet, &mut stack);
@@ -92,20 +92,9 @@ fn add_surfaces(shape: &Scene, object: u32, pose: &Pose, bearings: &[Option<DVec
     }
 }
 
-/// A packet without rays.
-pub(super) fn idle() -> Packet {
-    let zero = Floats::splat(0.0);
-    let along = [zero, zero, Floats::splat(1.0)];
-    Packet { origin_m: [zero; 3], direction: along, t_min: zero, t_max: Floats::splat(-1.0) }
-}
-
-/// Puts a ray into a packet.
-pub(super) fn set_lane(packet: &mut Packet, lane: usize, origin_m: DVec3, direction: DVec3, t_max: f32) {
-    for axis in 0..3 {
-        packet.origin_m[axis].0[lane] = f32_nearest(origin_m[axis]);
-        packet.direction[axis].0[lane] = f32_nearest(direction[axis]);
-    }
-    packet.t_max.0[lane] = t_max;
+/// Puts a ray into a lane of a packet, rounded.
+pub(super) fn set_ray(packet: &mut Packet, lane: usize, origin_m: DVec3, direction: DVec3, t_max: f32) {
+    packet.set_ray(lane, origin_m.to_array().map(f32_nearest), direction.to_array().map(f32_nearest), t_max);
 }
 
 fn corners_m(mesh: &Mesh, triangle: u32) -> [DVec3; 3] {
@@ -157,7 +146,7 @@ impl Surfaces {
         [0, 1, 2].map(|axis| normals.map(|normal: DVec3| f32_nearest(normal[axis])))
     }
 
-    /// Index of each pixel's material, counted from 1, in the list of the fixed scene's materials and then those of each object; 0 where
+    /// Index of each pixel's material, counted from 1, in the list of the static scene's materials and then those of each object; 0 where
     /// nothing is met.
     pub fn materials<'a>(&self, scene: impl Into<Shapes<'a>>) -> Plane<u32> {
         let scene = scene.into();
@@ -205,7 +194,7 @@ impl Surfaces {
     }
 }
 
-/// A point of a surface in the frame of its object (the world, for the fixed scene), or (weight 0) a direction to what is infinitely far.
+/// A point of a surface in the frame of its object (the world, for the static scene), or (weight 0) a direction to what is infinitely far.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Point {
     coordinates: DVec3,

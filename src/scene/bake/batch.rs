@@ -5,7 +5,6 @@ use super::super::geometry::Scene;
 use super::super::lanes::LANES;
 use super::super::tracer::{Hits, MISS, Packet, Stack, closest_through};
 use super::blockers::{Blocker, nearest};
-use super::fan::{idle, set_ray};
 use crate::num::{index, u32_from};
 
 /// What a ray met.
@@ -36,9 +35,9 @@ pub fn trace(scene: &Scene, origins_m: &[[f32; 3]], directions: &[[f32; 3]], blo
     let mut hits = vec![Hit::NONE; directions.len()];
     let mut stack = Stack::new();
     for rays in by_direction(directions).chunks(LANES) {
-        let mut packet = idle();
+        let mut packet = Packet::idle();
         for (lane, ray) in rays.iter().map(|&ray| index(ray)).enumerate() {
-            set_ray(&mut packet, lane, origins_m[ray % origins_m.len()], directions[ray], f32::MAX);
+            packet.set_ray(lane, origins_m[ray % origins_m.len()], directions[ray], f32::MAX);
         }
         let found = closest_through(&scene.bvh, &scene.mesh, &packet, &mut stack);
         let nearest = nearest(blockers, &Packet { t_max: found.t, ..packet }, &mut stack);

@@ -78,7 +78,6 @@ mod tests {
     use super::super::super::light::BANDS;
     use super::super::super::mesh::{Material, Mesh};
     use super::super::super::target::cube;
-    use super::super::fan::{idle, set_ray};
     use super::*;
 
     #[test]
@@ -92,11 +91,11 @@ mod tests {
         let turn = DQuat::from_rotation_z(std::f64::consts::FRAC_PI_4);
         let at = |x_m: f64| Blocker::new(&shape, (DVec3::ZERO, 0.867), &Pose::new(turn, DVec3::new(x_m, 0.0, 0.0)));
         let blockers = [at(5.0), at(3.0)];
-        let mut packet = idle();
+        let mut packet = Packet::idle();
         // At the edge of the nearer one, past both, away from both, and an end before them; a direction of length 2.
         let rays = [([0.0; 3], 9.0), ([0.0, 0.8, 0.0], 9.0), ([9.0, 0.0, 0.0], 9.0), ([0.0; 3], 1.0)];
         for (lane, (origin_m, t_max)) in rays.into_iter().enumerate() {
-            set_ray(&mut packet, lane, origin_m, [2.0, 0.0, 0.0], t_max);
+            packet.set_ray(lane, origin_m, [2.0, 0.0, 0.0], t_max);
         }
         let found = nearest(&blockers, &packet, &mut Stack::new());
         // Half the diagonal of a side before the middle.

@@ -1,11 +1,12 @@
-//! Hidden samples: points inside closed geometry. Replaces the light of each such sample with that of a visible sample.
+//! Buried samples: points inside closed geometry. Gives each buried sample side the light of its stand-in, a sample side of the same cell
+//! that lies in the open.
 //!
 //! Without this the floor is darker around everything that stands on it, as far as the next sample.
 
 use super::super::samples::{Layout, ShadeTriangle};
 use crate::num::{f32_from_u32, index, u32_from};
 
-/// Pairs of a buried sample side and its neighbour in the open, each as twice the sample plus the side.
+/// Pairs of a buried sample side and its stand-in.
 pub fn stand_ins(layout: &Layout, is_buried: impl Fn(usize) -> bool) -> Vec<(u32, u32)> {
     let mut found: Vec<Option<u32>> = vec![None; 2 * layout.samples.len()];
     for triangle in &layout.triangles {
@@ -46,7 +47,7 @@ pub(super) fn cells(triangle: &ShadeTriangle, mut each: impl FnMut([usize; 3])) 
     }
 }
 
-/// Gives each buried sample side the light of its neighbour.
+/// Gives each buried sample side the light of its stand-in.
 pub fn fill<T: Copy>(light: &mut [T], stand_ins: &[(u32, u32)]) {
     for &(buried, open) in stand_ins {
         light[index(buried)] = light[index(open)];

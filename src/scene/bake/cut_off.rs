@@ -4,11 +4,11 @@
 use super::super::geometry::Scene;
 use super::super::lanes::LANES;
 use super::super::light::{BANDS, Bands};
-use super::super::tracer::{Stack, closest_through};
+use super::super::tracer::{Packet, Stack, closest_through};
 use super::super::vectors::sub;
-use super::aims::Aims;
 use super::buried::cells;
-use super::fan::{GROUPS, Receiver, idle, set_ray};
+use super::fan::{GROUPS, Receiver};
+use super::light_points::LightPoints;
 use super::sources::{SOURCES_MAX, SourceLight};
 use crate::num::{f32_from_u32, f32_nearest, index, u32_from};
 
@@ -23,7 +23,7 @@ const WAY_SHARE: f32 = 0.9;
 /// A sample side that is cut off, and points on the same surface in front of what does, towards each of its bright neighbours.
 #[derive(Clone, Debug)]
 pub struct CutOff {
-    /// Twice the sample plus its side.
+    /// The one that is cut off.
     pub sample_side: u32,
     in_front: Vec<Receiver>,
 }
@@ -31,7 +31,7 @@ pub struct CutOff {
 /// The light that a sample side is given.
 #[derive(Clone, Debug)]
 pub struct Relit {
-    /// Twice the sample plus its side.
+    /// The sample side.
     pub sample_side: u32,
     /// Irradiance by group.
     pub light: [Bands; GROUPS],
@@ -82,7 +82,7 @@ impl CutOff {
     }
 
     /// Its light in front of what cuts it off, the mean over those points.
-    pub fn relit(&self, scene: &Scene, aims: &Aims, light: [&[Bands]; GROUPS]) -> Relit {
+    pub fn relit(&self, scene: &Scene, light_points: &LightPoints, light: [&[Bands]; GROUPS]) -> Relit {
         let mut mean = Relit {
             sample_side: self.sample_side,
             light: [[0.0; BANDS]; GROUPS],
@@ -90,7 +90,7 @@ impl CutOff {
         };
         let share = 1.0 / f32_from_u32(u32_from(self.in_front.len()));
         for receiver in &self.in_front {
-            let found = scene.light_at(receiver, aims, light, 1.0, &[]);
+            let found = scene.light_at(receiver, light_points, light, 1.0, &[]);
             for (mean, found) in mean.light.iter_mut().zip(&found.by_group) {
                 for band in 0..BANDS {
                     mean[band] += share * f32_nearest(found[band]);
@@ -113,10 +113,10 @@ fn ways(scene: &Scene, pairs: &[(u32, u32)]) -> Vec<f32> {
     let mut stack = Stack::new();
     let mut ways = Vec::with_capacity(pairs.len());
     for some in pairs.chunks(LANES) {
-        let mut packet = idle();
+        let mut packet = Packet::idle();
         for (lane, &(dark, bright)) in some.iter().enumerate() {
             let from_m = lifted_m(bright);
-            set_ray(&mut packet, lane, from_m, sub(lifted_m(dark), from_m), 1.0);
+            packet.set_ray(lane, from_m, sub(lifted_m(dark), from_m), 1.0);
         }
         let hits = closest_through(&scene.bvh, &scene.mesh, &packet, &mut stack);
         ways.extend((0..some.len()).map(|lane| hits.t.0[lane].min(1.0)));
@@ -153,14 +153,15 @@ mod tests {
     /// rays from there.
     fn beside(scene: &Scene) -> [Vec<f64>; 2] {
         let bake = scene.bake(&BakeSettings::ROOM, &|_| {});
-        let aims = Aims::new(scene, 16, 4_096);
+        let light_points = LightPoints::new(scene, 16, 4_096);
         let share = |from_m: [f32; 3], direction: [f32; 3]| {
             let hit = trace(scene, &[from_m], &[direction], &[])[0];
             let light = scene.layout.triangles[index(hit.triangle)].around(hit.weights[0], hit.weights[1]);
             let baked: f32 = light.iter().map(|&(sample, weight)| bake.irradiance[2 * sample][1] * weight).sum();
             let at_m = [0, 1, 2].map(|axis| from_m[axis] + hit.t * direction[axis]);
             let receiver = Receiver { at_m, normal: direction.map(|along| -along), sides: 1 };
-            f64::from(baked) / scene.light_at(&receiver, &aims, [&bake.irradiance, &[]], 1.0, &[]).by_group[STEADY][1]
+            f64::from(baked)
+                / scene.light_at(&receiver, &light_points, [&bake.irradiance, &[]], 1.0, &[]).by_group[STEADY][1]
         };
         let mut found = [Vec::new(), Vec::new()];
         for (axis, step) in [0, 2].into_iter().flat_map(|axis| (0..20_u32).map(move |step| (axis, step))) {

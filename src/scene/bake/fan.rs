@@ -1,10 +1,9 @@
 //! Fans of rays over a sample, and the two groups in which their light is kept.
 
 use super::super::chance::{cosine_direction, pair};
-use super::super::lanes::{Floats, LANES};
+use super::super::lanes::LANES;
 use super::super::light::BANDS;
 use super::super::samples::IrradianceSample;
-use super::super::tracer::Packet;
 use crate::draw::DrawKey;
 use crate::num::{f64_from_usize, u64_from};
 
@@ -64,19 +63,6 @@ impl Receiver {
         let lift_m = if side == 0 { LIFT_M } else { -LIFT_M };
         [0, 1, 2].map(|axis| self.at_m[axis] + self.normal[axis] * lift_m)
     }
-}
-
-pub fn idle() -> Packet {
-    let zero = Floats::splat(0.0);
-    Packet { origin_m: [zero; 3], direction: [Floats::splat(1.0), zero, zero], t_min: zero, t_max: Floats::splat(-1.0) }
-}
-
-pub fn set_ray(packet: &mut Packet, lane: usize, origin: [f32; 3], direction: [f32; 3], t_max: f32) {
-    for axis in 0..3 {
-        packet.origin_m[axis].0[lane] = origin[axis];
-        packet.direction[axis].0[lane] = direction[axis];
-    }
-    packet.t_max.0[lane] = t_max;
 }
 
 /// Number of the bounces' draws: the seed of their key.

@@ -2,9 +2,9 @@
 
 use super::super::geometry::Scene;
 use super::super::light::{BANDS, Bands};
-use super::aims::Aims;
 use super::fan::GROUPS;
-use super::rays::{Mirrored, SideLight, gather};
+use super::light_points::LightPoints;
+use super::rays::{SideLight, WeightedHit, gather};
 use super::secondary::SecondarySources;
 use crate::num::{f32_nearest, f64_from_usize, greater, index, u32_from};
 
@@ -14,7 +14,7 @@ const BATCH_RAYS: usize = 4_096;
 /// Of some samples. Lists of all sample sides lie one behind another, because separate lists would take more memory than their entries.
 #[derive(Clone, Debug, Default)]
 pub struct Gathered {
-    /// The sample sides: twice a sample plus its side, of each side that is lit.
+    /// The sample sides that are lit.
     pub sample_sides: Vec<u32>,
     /// Light of lamps, sky and glowing surfaces at each sample side, by group; a group without any light in the scene is empty.
     pub direct: [Vec<Bands>; GROUPS],
@@ -27,56 +27,56 @@ pub struct Gathered {
     /// Rays of each sample side, and where its lists end, from where the first one's begin.
     looks: Vec<Looks>,
     met_from: usize,
-    mirrored_from: usize,
+    weighted_from: usize,
 }
 
 /// What random rays met: lists of sample sides, one behind another. Those of a whole scene are most of the memory of a bake, and in one
 /// block, which goes back to the system.
 #[derive(Clone, Debug, Default)]
 pub struct HitLists {
-    /// Twice the sample met plus its side for every ray that met one and goes no further.
+    /// The sample side of every ray that met one and goes no further.
     met: Vec<u32>,
-    /// What was met on or over glossy surfaces.
-    mirrored: Vec<Mirrored>,
+    /// Sample sides of which a share counts.
+    weighted: Vec<WeightedHit>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Looks {
     rays: u32,
     met_end: u32,
-    mirrored_end: u32,
+    weighted_end: u32,
 }
 
 impl Gathered {
     /// Traces the rays of samples.
     pub fn of(
         scene: &Scene,
-        aims: &[Aims; 2],
+        light_points: &[LightPoints; 2],
         secondary: &[SecondarySources; 2],
         bounces: bool,
         samples: &[u32],
     ) -> (Self, HitLists) {
         let mut hits = HitLists::default();
-        let mut all = Self { by_source: vec![Vec::new(); aims[0].sources.len()], ..Self::default() };
+        let mut all = Self { by_source: vec![Vec::new(); light_points[0].sources.len()], ..Self::default() };
         let is_on_grid = |&sample: &u32| scene.layout.samples[index(sample)].on_grid;
         let keeps_moments = samples.iter().any(is_on_grid);
         for alike in samples.chunk_by(|a, b| is_on_grid(a) == is_on_grid(b)) {
             let kind = usize::from(is_on_grid(&alike[0]));
-            let (aims, secondary) = (&aims[kind], &secondary[kind]);
-            let rays = if bounces { aims.fan.len() } else { 0 };
+            let (light_points, secondary) = (&light_points[kind], &secondary[kind]);
+            let rays = if bounces { light_points.fan.len() } else { 0 };
             // Vertices have normals of all kinds: their rays have too little in common.
-            let batch = if kind == 1 { (BATCH_RAYS / aims.fan.len().max(1)).max(1) } else { 1 };
+            let batch = if kind == 1 { (BATCH_RAYS / light_points.fan.len().max(1)).max(1) } else { 1 };
             for neighbours in alike.chunks(batch) {
-                for (&sample, sides) in neighbours.iter().zip(gather(scene, aims, secondary, neighbours)) {
+                for (&sample, sides) in neighbours.iter().zip(gather(scene, light_points, secondary, neighbours)) {
                     let lit = scene.layout.samples[index(sample)].sides();
                     for (side, seen) in (0..).zip(&sides[..lit]) {
                         all.sample_sides.push(2 * sample + side);
                         if rays > 0 {
                             hits.met.extend_from_slice(&seen.bounced.met);
-                            hits.mirrored.extend_from_slice(&seen.bounced.mirrored);
+                            hits.weighted.extend_from_slice(&seen.bounced.weighted);
                         }
-                        let [met_end, mirrored_end] = [hits.met.len(), hits.mirrored.len()].map(u32_from);
-                        all.looks.push(Looks { rays: u32_from(rays), met_end, mirrored_end });
+                        let [met_end, weighted_end] = [hits.met.len(), hits.weighted.len()].map(u32_from);
+                        all.looks.push(Looks { rays: u32_from(rays), met_end, weighted_end });
                         all.push(seen, !scene.flickering.is_empty(), keeps_moments);
                     }
                 }
@@ -87,9 +87,9 @@ impl Gathered {
 
     /// Puts its hits behind those of others.
     pub fn append_hits(&mut self, mut hits: HitLists, all: &mut HitLists) {
-        (self.met_from, self.mirrored_from) = (all.met.len(), all.mirrored.len());
+        (self.met_from, self.weighted_from) = (all.met.len(), all.weighted.len());
         all.met.append(&mut hits.met);
-        all.mirrored.append(&mut hits.mirrored);
+        all.weighted.append(&mut hits.weighted);
     }
 
     fn push(&mut self, seen: &SideLight, flickers: bool, keeps_moments: bool) {
@@ -149,11 +149,11 @@ impl Gathered {
 
     /// Irradiance of each sample side after one more bounce of a group.
     pub fn bounced(&self, hits: &HitLists, group: usize, exitance: &[Bands]) -> Vec<Bands> {
-        let (mut met_from, mut mirrored_from) = (self.met_from, self.mirrored_from);
+        let (mut met_from, mut weighted_from) = (self.met_from, self.weighted_from);
         let mut light = self.direct[group].clone();
         for (light, looks) in light.iter_mut().zip(&self.looks) {
             let met_end = self.met_from + index(looks.met_end);
-            let mirrored_end = self.mirrored_from + index(looks.mirrored_end);
+            let weighted_end = self.weighted_from + index(looks.weighted_end);
             if looks.rays > 0 {
                 let mut sum = [0.0_f64; BANDS];
                 for &sample_side in &hits.met[met_from..met_end] {
@@ -161,16 +161,16 @@ impl Gathered {
                         sum[band] += f64::from(exitance[index(sample_side)][band]);
                     }
                 }
-                for mirrored in &hits.mirrored[mirrored_from..mirrored_end] {
-                    let weight = mirrored.weight();
+                for hit in &hits.weighted[weighted_from..weighted_end] {
+                    let weight = hit.weight();
                     for band in 0..BANDS {
-                        sum[band] += f64::from(exitance[index(mirrored.sample_side)][band] * weight[band]);
+                        sum[band] += f64::from(exitance[index(hit.sample_side)][band] * weight[band]);
                     }
                 }
                 let rays = f64_from_usize(index(looks.rays));
                 *light = std::array::from_fn(|band| f32_nearest(f64::from(light[band]) + sum[band] / rays));
             }
-            (met_from, mirrored_from) = (met_end, mirrored_end);
+            (met_from, weighted_from) = (met_end, weighted_end);
         }
         light
     }

@@ -2,11 +2,11 @@
 
 use super::super::geometry::Scene;
 use super::super::light::{BANDS, Bands};
-use super::aims::Aims;
 use super::blockers::Blocker;
+use super::light_points::LightPoints;
 use super::rays::{ByGroup, GROUPS, Receiver, bounce_rays};
 use super::secondary::SecondarySources;
-use super::shadow_rays::aimed_light;
+use super::shadow_rays::shadow_ray_light;
 use super::sources::{SOURCES_MAX, SourceLight};
 use crate::num::{f64_from_usize, index};
 
@@ -22,20 +22,20 @@ pub struct LightAt {
 }
 
 impl Scene {
-    /// Light of the first side of a receiver, from lamps and sky by `aims` and from the surfaces around, of which `baked` is the
+    /// Light of the first side of a receiver, from lamps and sky by `light_points` and from the surfaces around, of which `baked` is the
     /// irradiance (steady, flickering; the latter may be empty). Radiances of the scene count `per_unit` times. Objects in the way are
     /// black.
     pub(in crate::scene) fn light_at(
         &self,
         receiver: &Receiver,
-        aims: &Aims,
+        light_points: &LightPoints,
         baked: [&[Bands]; GROUPS],
         per_unit: f64,
         blockers: &[Blocker],
     ) -> LightAt {
-        let [aimed, _] = aimed_light(self, std::slice::from_ref(receiver), aims, blockers)[0];
-        let [rays, _] =
-            &bounce_rays(self, std::slice::from_ref(receiver), &aims.fan, &SecondarySources::default(), blockers)[0];
+        let receivers = std::slice::from_ref(receiver);
+        let [by_shadow_rays, _] = shadow_ray_light(self, receivers, light_points, blockers)[0];
+        let [rays, _] = &bounce_rays(self, receivers, &light_points.fan, &SecondarySources::default(), blockers)[0];
         let mut bounced = [[0.0; BANDS]; GROUPS];
         let mut add = |sample_side: usize, weight: Bands| {
             let albedo = self.layout.samples[sample_side / 2].albedo;
@@ -47,14 +47,14 @@ impl Scene {
             }
         };
         rays.met.iter().for_each(|&sample_side| add(index(sample_side), [1.0; BANDS]));
-        rays.mirrored.iter().for_each(|mirrored| add(index(mirrored.sample_side), mirrored.weight()));
-        let count = f64_from_usize(aims.fan.len().max(1));
+        rays.weighted.iter().for_each(|hit| add(index(hit.sample_side), hit.weight()));
+        let count = f64_from_usize(light_points.fan.len().max(1));
         let by_group = std::array::from_fn(|group| {
             let of = |band: usize| {
-                per_unit * (aimed.all[group][band] + rays.seen[group][band]) + bounced[group][band] / count
+                per_unit * (by_shadow_rays.all[group][band] + rays.seen[group][band]) + bounced[group][band] / count
             };
             std::array::from_fn(of)
         });
-        LightAt { by_group, by_source: aimed.by_source, hidden: f64_from_usize(rays.blocked) / count }
+        LightAt { by_group, by_source: by_shadow_rays.by_source, hidden: f64_from_usize(rays.blocked) / count }
     }
 }

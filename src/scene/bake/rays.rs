@@ -1,19 +1,19 @@
-//! The rays of one sample: its direct light, and the hits of its random rays.
+//! The rays of neighbouring receivers, samples or other points: their direct light, and the hits of their random rays.
 
 use super::super::chance::{frame, turned};
 use super::super::geometry::Scene;
 use super::super::lanes::LANES;
 use super::super::light::{BANDS, Bands};
 use super::super::mesh::Material;
-use super::super::tracer::{MISS, Stack, closest_through};
+use super::super::tracer::{MISS, Packet, Stack, closest_through};
 use super::super::vectors::{dot, mirrored, unit};
-use super::aims::{AimedLight, Aims};
 use super::batch::{self, Hit};
 use super::blockers::Blocker;
 use super::fan::FLICKERING;
-pub use super::fan::{ByGroup, GROUPS, LIFT_M, Receiver, STEADY, idle, set_ray};
+pub use super::fan::{ByGroup, GROUPS, LIFT_M, Receiver, STEADY};
+use super::light_points::{LightPoints, ShadowRayLight};
 use super::secondary::SecondarySources;
-use super::shadow_rays::aimed_light;
+use super::shadow_rays::shadow_ray_light;
 use super::sources::{SOURCES_MAX, SourceLight};
 use crate::num::{f32_nearest, f64_from_usize, index, low_u16, u32_from, u32_truncated_f32};
 
@@ -34,10 +34,11 @@ pub struct SideLight {
     pub is_buried: bool,
 }
 
-/// A share of the light of a ray that ended at a sample side, or of several where it is a secondary source.
+/// A sample side of whose exitance a share counts: met on or over a glossy surface, or a secondary source, whose share stands for several
+/// rays.
 #[derive(Clone, Copy, Debug)]
-pub struct Mirrored {
-    /// Twice the sample plus its side.
+pub struct WeightedHit {
+    /// The sample side.
     pub sample_side: u32,
     /// Share of the sample side's exitance, by band, in 65,535ths: there are millions of these.
     shares: [u16; BANDS],
@@ -45,7 +46,7 @@ pub struct Mirrored {
 
 const SHARES: f32 = 65_535.0;
 
-impl Mirrored {
+impl WeightedHit {
     fn new(sample_side: u32, weight: Bands) -> Self {
         Self { sample_side, shares: weight.map(|band| low_u16(u32_truncated_f32(band.clamp(0.0, 1.0) * SHARES + 0.5))) }
     }
@@ -58,28 +59,33 @@ impl Mirrored {
 }
 
 /// Traces all rays of neighbouring samples: the light of both sides of each, nothing on the back of a one-sided surface.
-pub fn gather(scene: &Scene, aims: &Aims, secondary: &SecondarySources, samples: &[u32]) -> Vec<[SideLight; 2]> {
+pub fn gather(
+    scene: &Scene,
+    light_points: &LightPoints,
+    secondary: &SecondarySources,
+    samples: &[u32],
+) -> Vec<[SideLight; 2]> {
     let receivers: Vec<Receiver> =
         samples.iter().map(|&number| Receiver::of(&scene.layout.samples[index(number)])).collect();
-    let lit = |(AimedLight { all: mut direct, by_source }, bounced): (AimedLight, Bounced)| {
+    let lit = |(ShadowRayLight { all: mut direct, by_source }, bounced): (ShadowRayLight, Bounced)| {
         for group in 0..GROUPS {
             for band in 0..BANDS {
                 direct[group][band] += bounced.seen[group][band];
             }
         }
-        let is_buried = 8 * bounced.backs > aims.fan.len();
+        let is_buried = 8 * bounced.backs > light_points.fan.len();
         SideLight { direct, by_source, bounced, is_buried }
     };
-    let aimed = aimed_light(scene, &receivers, aims, &[]);
-    let mut bounced = bounce_rays(scene, &receivers, &aims.fan, secondary, &[]);
-    let (rays, mut stack) = (f32_nearest(f64_from_usize(aims.fan.len())), Stack::new());
+    let by_shadow_rays = shadow_ray_light(scene, &receivers, light_points, &[]);
+    let mut bounced = bounce_rays(scene, &receivers, &light_points.fan, secondary, &[]);
+    let (rays, mut stack) = (f32_nearest(f64_from_usize(light_points.fan.len())), Stack::new());
     for (receiver, bounced) in receivers.iter().zip(&mut bounced) {
         for (seen, bounced) in secondary.seen_from(scene, receiver, &mut stack).into_iter().zip(bounced) {
-            let weighted = |(sample_side, share)| Mirrored::new(sample_side, [rays * f32_nearest(share); BANDS]);
-            bounced.mirrored.extend(seen.into_iter().map(weighted));
+            let weighted = |(sample_side, share)| WeightedHit::new(sample_side, [rays * f32_nearest(share); BANDS]);
+            bounced.weighted.extend(seen.into_iter().map(weighted));
         }
     }
-    let each = aimed.into_iter().zip(bounced);
+    let each = by_shadow_rays.into_iter().zip(bounced);
     each.map(|([above, below], [front, back])| [(above, front), (below, back)].map(lit)).collect()
 }
 
@@ -90,10 +96,10 @@ pub struct Bounced {
     pub seen: ByGroup<f64>,
     /// Sum of the squares of the light of each ray.
     pub squares: ByGroup<f64>,
-    /// Twice the sample plus its side, of each ray that ended at one.
+    /// Sample side of each ray that ended at one.
     pub met: Vec<u32>,
-    /// What was met on or over glossy surfaces.
-    pub mirrored: Vec<Mirrored>,
+    /// What was met on or over glossy surfaces, and secondary sources.
+    pub weighted: Vec<WeightedHit>,
     /// Rays that met the back of what has none.
     pub backs: usize,
     /// Rays that met a moving object.
@@ -106,7 +112,7 @@ struct Path {
     origin_m: [f32; 3],
     direction: [f32; 3],
     weight: Bands,
-    /// Whether rays are aimed at what shines along it (`reflected`).
+    /// Whether shadow rays are aimed at what shines along it (`reflected`).
     is_aimed: bool,
 }
 
@@ -122,11 +128,11 @@ pub fn bounce_rays(
     let sides =
         || receivers.iter().enumerate().flat_map(|(receiver, of)| (0..of.sides).map(move |side| (receiver, side)));
     let origins_m: Vec<[f32; 3]> = sides().map(|(receiver, side)| receivers[receiver].lifted_m(side)).collect();
-    let turns =
-        sides().map(|(receiver, side)| receivers[receiver].normal_of(side)).map(|normal| (frame(normal), normal));
-    let turns: Vec<_> = turns.collect();
-    let all_turned = |&local: &[f32; 3]| turns.iter().map(move |(sides, normal)| turned(local, sides, *normal));
-    let directions: Vec<[f32; 3]> = fan.iter().flat_map(all_turned).collect();
+    let normals = sides().map(|(receiver, side)| receivers[receiver].normal_of(side));
+    let tangent_frames: Vec<_> = normals.map(|normal| (frame(normal), normal)).collect();
+    let in_all_frames =
+        |&local: &[f32; 3]| tangent_frames.iter().map(move |(tangents, normal)| turned(local, tangents, *normal));
+    let directions: Vec<[f32; 3]> = fan.iter().flat_map(in_all_frames).collect();
     let hits = batch::trace(scene, &origins_m, &directions, blockers);
     let share = std::f64::consts::PI / f64_from_usize(fan.len().max(1));
     let mut all = vec![<[Bounced; 2]>::default(); receivers.len()];
@@ -173,17 +179,17 @@ pub fn bounce_rays(
 /// each some lamp that one ray in hundreds met.
 const IMAGE_RAYS_MIN: usize = 16;
 
-/// Follows rays over mirrors, where lamps shine as well unless rays are aimed at them over the mirror. (The sun's disc and what else is
-/// aimed at beyond all surfaces is not found this way: a few rays would carry all of it.)
+/// Follows rays over mirrors, where lamps shine as well unless shadow rays are aimed at them over the mirror. (The sun's disc and what else
+/// is aimed at beyond all surfaces is not found this way: a few rays would carry all of it.)
 fn follow(scene: &Scene, mut paths: Vec<Path>, bounced: &mut Bounced, stack: &mut Stack) {
     let mut images: ByGroup<f64> = ByGroup::default();
     let mut found = 0;
     for _ in 0..MIRRORS_MAX {
         let mut further = Vec::new();
         for group in paths.chunks(LANES) {
-            let mut packet = idle();
+            let mut packet = Packet::idle();
             for (lane, path) in group.iter().enumerate() {
-                set_ray(&mut packet, lane, path.origin_m, path.direction, f32::MAX);
+                packet.set_ray(lane, path.origin_m, path.direction, f32::MAX);
             }
             let hits = closest_through(&scene.bvh, &scene.mesh, &packet, stack);
             for (lane, path) in group.iter().enumerate() {
@@ -198,7 +204,7 @@ fn follow(scene: &Scene, mut paths: Vec<Path>, bounced: &mut Bounced, stack: &mu
                     (Some(mirror), Some(sample_side)) => {
                         further.extend(mirror.reflected(scene, path, hits.t.0[lane], sample_side, bounced));
                     }
-                    (None, Some(sample_side)) => bounced.mirrored.push(Mirrored::new(sample_side, path.weight)),
+                    (None, Some(sample_side)) => bounced.weighted.push(WeightedHit::new(sample_side, path.weight)),
                     (_, None) => {}
                 }
             }
@@ -214,10 +220,10 @@ fn follow(scene: &Scene, mut paths: Vec<Path>, bounced: &mut Bounced, stack: &mu
 
 /// Where a ray ended.
 struct End {
-    /// Twice the sample plus its side; none in the sky and on the back of what has none.
+    /// The sample side; none in the sky and on the back of what has none.
     sample_side: Option<u32>,
     is_sky: bool,
-    /// Whether rays are aimed at the lamp that was met.
+    /// Whether shadow rays are aimed at the lamp that was met.
     is_aimed: bool,
     group: usize,
     /// Emitted light from there.
@@ -240,7 +246,7 @@ impl Mirror {
         let weight: Bands = std::array::from_fn(|band| path.weight[band] * self.reflectance[band]);
         if scene.layout.samples[index(sample_side) / 2].albedo.iter().any(|&band| band > 0.0) {
             let diffuse = std::array::from_fn(|band| path.weight[band] - weight[band]);
-            bounced.mirrored.push(Mirrored::new(sample_side, diffuse));
+            bounced.weighted.push(WeightedHit::new(sample_side, diffuse));
         }
         let direction = unit(mirrored(path.direction, self.normal))?;
         let origin_m =
@@ -293,7 +299,7 @@ impl Scene {
     }
 
     /// Whether random rays can find light that no shadow ray samples.
-    pub(super) fn glows_beyond_aims(&self) -> bool {
+    pub(super) fn glows_beyond_shadow_rays(&self) -> bool {
         let sky = self.environment.is_some() || self.sky.iter().any(|&band| band > 0.0);
         let is_left = |(number, material): (u32, &Material)| material.is_emissive() && !self.lamps.are_aimed_at(number);
         sky || (0_u32..).zip(&self.mesh.materials).any(is_left)

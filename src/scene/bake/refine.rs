@@ -10,14 +10,14 @@ use super::super::chance::in_chunks;
 use super::super::geometry::Scene;
 use super::super::light::{BANDS, Bands};
 use super::super::tracer::Stack;
-use super::aims::Aims;
 use super::cells::{GridCell, Nodes};
 use super::clearance::{FlatBox, is_anything_near};
 use super::fan::GROUPS;
 use super::gathered::Gathered;
+use super::light_points::LightPoints;
 use super::secondary::SecondarySources;
 use super::settings::BakeSettings;
-use super::shadow_rays::visible_aims;
+use super::shadow_rays::visible_light_points;
 use super::traced::{CHUNKS_TOGETHER, Stencil, TracedSamples, interpolate};
 use crate::num::{f32_nearest, f64_from_usize, index, u32_from};
 
@@ -66,10 +66,10 @@ pub fn traced_samples(scene: &Scene, settings: &BakeSettings, progress: &(dyn Fn
 /// The state between waves.
 struct WaveRefinement<'a> {
     scene: &'a Scene,
-    aims: [Aims; 2],
+    light_points: [LightPoints; 2],
     secondary: [SecondarySources; 2],
-    /// Some of the aims of samples on grids.
-    probes: Aims,
+    /// Some of the light points of samples on grids.
+    probes: LightPoints,
     bounces: bool,
     progress: &'a (dyn Fn(f64) + Sync),
     groups: usize,
@@ -90,9 +90,12 @@ struct WaveRefinement<'a> {
 
 impl<'a> WaveRefinement<'a> {
     fn new(scene: &'a Scene, settings: &BakeSettings, progress: &'a (dyn Fn(f64) + Sync)) -> Self {
-        let aims = Aims::of(scene, settings);
-        let secondary =
-            if settings.bounces { SecondarySources::of(scene, &aims) } else { <[SecondarySources; 2]>::default() };
+        let light_points = LightPoints::of(scene, settings);
+        let secondary = if settings.bounces {
+            SecondarySources::of(scene, &light_points)
+        } else {
+            <[SecondarySources; 2]>::default()
+        };
         let samples = scene.layout.samples.len();
         let groups = 1 + usize::from(!scene.flickering.is_empty());
         // Zeros as the allocator has them take no memory before they are written to, as a copy does.
@@ -101,13 +104,13 @@ impl<'a> WaveRefinement<'a> {
         };
         Self {
             scene,
-            probes: aims[1].thinned(),
+            probes: light_points[1].thinned(),
             traced: TracedSamples {
                 buried: vec![false; 2 * samples],
-                sources: aims[1].sources.clone(),
+                sources: light_points[1].sources.clone(),
                 ..TracedSamples::default()
             },
-            aims,
+            light_points,
             secondary,
             bounces: settings.bounces,
             progress,
@@ -164,13 +167,13 @@ impl<'a> WaveRefinement<'a> {
     fn trace(&mut self, wanted: &[u32]) -> usize {
         let total = f64_from_usize(self.is_traced.len().max(1));
         let before = std::sync::atomic::AtomicUsize::new(self.done);
-        let (scene, aims, secondary) = (self.scene, &self.aims, &self.secondary);
+        let (scene, light_points, secondary) = (self.scene, &self.light_points, &self.secondary);
         let (bounces, progress) = (self.bounces, self.progress);
         let first = self.traced.gathered.len();
         for wanted in wanted.chunks(CHUNKS_TOGETHER * CHUNK) {
             let new = in_chunks(wanted.len(), CHUNK, |range| {
                 let count = range.len();
-                let chunk = Gathered::of(scene, aims, secondary, bounces, &wanted[range]);
+                let chunk = Gathered::of(scene, light_points, secondary, bounces, &wanted[range]);
                 let before = before.fetch_add(count, std::sync::atomic::Ordering::Relaxed);
                 progress(f64_from_usize(before + count) / total);
                 chunk
@@ -303,7 +306,7 @@ impl<'a> WaveRefinement<'a> {
         is_anything_near(&self.scene.bvh, &part)
     }
 
-    /// Finds which of some aims all samples of cells see.
+    /// Finds which of some light points all samples of cells see.
     fn probe<'b>(&mut self, cells: impl Iterator<Item = &'b GridCell>) {
         if self.probes.count() == 0 {
             return;
@@ -322,7 +325,7 @@ impl<'a> WaveRefinement<'a> {
             let mut stack = Stack::new();
             asked[range]
                 .iter()
-                .map(|&sample| visible_aims(scene, index(sample), probes, &mut stack))
+                .map(|&sample| visible_light_points(scene, index(sample), probes, &mut stack))
                 .collect::<Vec<_>>()
         });
         for (sample, seen) in asked.into_iter().zip(seen.into_iter().flatten()) {
@@ -330,7 +333,7 @@ impl<'a> WaveRefinement<'a> {
         }
     }
 
-    /// Whether each sample sees those aims that all nodes see, and none that no node sees.
+    /// Whether each sample sees those light points that all nodes see, and none that no node sees.
     fn is_lit_alike(&self, cell: &GridCell) -> bool {
         let shade = &self.scene.layout.triangles[index(cell.triangle)];
         let seen = |sample: u32| self.seen[index(sample)].unwrap_or(0);
@@ -412,7 +415,7 @@ mod tests {
         let sample_sides = 2 * scene.layout.samples.len();
         let light = traced.direct(0, sample_sides);
         let samples: Vec<u32> = (0..u32_from(scene.layout.samples.len())).collect();
-        let (all, _) = Gathered::of(&scene, &Aims::of(&scene, &settings), &Default::default(), true, &samples);
+        let (all, _) = Gathered::of(&scene, &LightPoints::of(&scene, &settings), &Default::default(), true, &samples);
         let (mut squares, mut worst, mut lit) = (0.0, 0.0_f64, 0);
         for ((&sample_side, &buried), expected) in all.sample_sides.iter().zip(&all.buried).zip(&all.direct[0]) {
             let (sample_side, light) = (index(sample_side), &light[index(sample_side)]);

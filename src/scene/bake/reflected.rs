@@ -7,9 +7,9 @@ use super::super::light::BANDS;
 use super::super::plane_mirrors::PlaneMirror;
 use super::super::tracer::{Packet, Stack, blocked_through, closest_through};
 use super::super::vectors::{dot, mirrored, unit};
-use super::aims::{Aimed, AimedLight, Aims, aimed};
 use super::blockers::{Blocker, nearest};
-use super::fan::{LIFT_M, Receiver, idle, set_ray};
+use super::fan::{LIFT_M, Receiver};
+use super::light_points::{LightPoints, ShadowRay, ShadowRayLight, shadow_ray_to};
 use crate::num::index;
 
 /// Rays over a mirror that wait until a packet is full.
@@ -28,7 +28,7 @@ struct ReflectedRays<'a> {
 #[derive(Clone, Copy)]
 struct Waiting {
     receiver: usize,
-    aimed: Aimed,
+    ray: ShadowRay,
     /// Unit direction.
     to_mirror: [f32; 3],
 }
@@ -37,9 +37,9 @@ struct Waiting {
 pub fn add_reflected(
     scene: &Scene,
     receivers: &[Receiver],
-    aims: &Aims,
+    light_points: &LightPoints,
     blockers: &[Blocker],
-    light: &mut [[AimedLight; 2]],
+    light: &mut [[ShadowRayLight; 2]],
 ) {
     for (mirror, plane) in scene.mirrors.all.iter().enumerate() {
         let image = |(number, receiver): (usize, &Receiver)| {
@@ -53,11 +53,12 @@ pub fn add_reflected(
         };
         let images: Vec<_> = receivers.iter().enumerate().filter_map(image).collect();
         let (stack, waiting) = (Stack::new(), Vec::with_capacity(LANES));
-        let mut rays = ReflectedRays { scene, blockers, mirror, stack, to_mirror: idle(), to_source: idle(), waiting };
-        for aim in 0..aims.count() {
+        let [to_mirror, to_source] = [Packet::idle(); 2];
+        let mut rays = ReflectedRays { scene, blockers, mirror, stack, to_mirror, to_source, waiting };
+        for number in 0..light_points.count() {
             for (receiver, plane, image) in &images {
-                if let Some(aimed) = aimed(scene, image, aims, aim).filter(|aimed| aimed.cone > 0.0) {
-                    rays.push(plane, *receiver, aimed, light);
+                if let Some(ray) = shadow_ray_to(scene, image, light_points, number).filter(|ray| ray.cone > 0.0) {
+                    rays.push(plane, *receiver, ray, light);
                 }
             }
         }
@@ -71,8 +72,8 @@ fn along(from_m: [f32; 3], way: f32, direction: [f32; 3]) -> [f32; 3] {
 
 impl ReflectedRays<'_> {
     /// Adds the ray from a receiver whose image sends the given one, if it comes near the mirror.
-    fn push(&mut self, plane: &PlaneMirror, receiver: usize, aimed: Aimed, light: &mut [[AimedLight; 2]]) {
-        let Aimed { origin_m, direction, t_max, .. } = aimed;
+    fn push(&mut self, plane: &PlaneMirror, receiver: usize, ray: ShadowRay, light: &mut [[ShadowRayLight; 2]]) {
+        let ShadowRay { origin_m, direction, t_max, .. } = ray;
         // The image is as far behind the mirror as the receiver is in front.
         let (behind_m, rise) = (-plane.height_m(origin_m), dot(direction, plane.normal));
         let t = behind_m / rise;
@@ -81,15 +82,15 @@ impl ReflectedRays<'_> {
             unit(mirrored(direction, plane.normal)).filter(|_| rise > 0.0 && t < t_max && plane.is_around(at_m));
         let Some(to_mirror) = to_mirror else { return };
         let lane = self.waiting.len();
-        set_ray(&mut self.to_mirror, lane, along(origin_m, 2.0 * behind_m, plane.normal), to_mirror, f32::MAX);
-        set_ray(&mut self.to_source, lane, along(at_m, LIFT_M, plane.normal), direction, t_max - t);
-        self.waiting.push(Waiting { receiver, aimed, to_mirror });
+        self.to_mirror.set_ray(lane, along(origin_m, 2.0 * behind_m, plane.normal), to_mirror, f32::MAX);
+        self.to_source.set_ray(lane, along(at_m, LIFT_M, plane.normal), direction, t_max - t);
+        self.waiting.push(Waiting { receiver, ray, to_mirror });
         if self.waiting.len() == LANES {
             self.flush(light);
         }
     }
 
-    fn flush(&mut self, light: &mut [[AimedLight; 2]]) {
+    fn flush(&mut self, light: &mut [[ShadowRayLight; 2]]) {
         if self.waiting.is_empty() {
             return;
         }
@@ -104,20 +105,20 @@ impl ReflectedRays<'_> {
         if !shown.is_empty() {
             let shadowed = blocked_through(&scene.bvh, &scene.mesh, &self.to_source, stack);
             let (objects, t_max) = (nearest(blockers, &self.to_source, stack), self.to_source.t_max);
-            for (lane, Waiting { receiver, aimed, to_mirror }) in shown {
+            for (lane, Waiting { receiver, ray, to_mirror }) in shown {
                 if shadowed.0[lane] == 0 && objects.0[lane] >= t_max.0[lane] {
-                    let sent = &mut light[receiver][aimed.side].all[aimed.group];
+                    let sent = &mut light[receiver][ray.side].all[ray.group];
                     let shade = &scene.layout.triangles[index(met.triangle[lane])];
                     let gloss = scene.mesh.materials[index(shade.material)].gloss();
                     let kept =
                         gloss.map_or([0.0; BANDS], |gloss| gloss.reflectance(dot(shade.normal, to_mirror).abs()));
                     for band in 0..BANDS {
-                        sent[band] += aimed.sent[band] * f64::from(aimed.cone * kept[band]);
+                        sent[band] += ray.sent[band] * f64::from(ray.cone * kept[band]);
                     }
                 }
             }
         }
-        (self.to_mirror, self.to_source) = (idle(), idle());
+        (self.to_mirror, self.to_source) = (Packet::idle(), Packet::idle());
     }
 }
 
@@ -145,11 +146,11 @@ mod tests {
                 .for_each(|face| mesh.append_quad(0, face, [1.0; 2]));
         }
         let scene = Scene::new("patch", mesh, [0.0; BANDS]).unwrap();
-        let aims = Aims { distant: vec![*light], ..Aims::new(&scene, 4, LANES) };
+        let light_points = LightPoints { distant: vec![*light], ..LightPoints::new(&scene, 4, LANES) };
         let receiver = |&[x_m, z_m]: &[f32; 2]| Receiver { at_m: [x_m, 0.0, z_m], normal: [0.0, 1.0, 0.0], sides: 1 };
         let receivers: Vec<Receiver> = points_m.iter().map(receiver).collect();
-        let mut light = vec![[AimedLight::NONE; 2]; receivers.len()];
-        add_reflected(&scene, &receivers, &aims, &[], &mut light);
+        let mut light = vec![[ShadowRayLight::NONE; 2]; receivers.len()];
+        add_reflected(&scene, &receivers, &light_points, &[], &mut light);
         light.iter().map(|[above, _]| above.all[STEADY]).collect()
     }
 

@@ -6,12 +6,12 @@ use super::super::chance::in_chunks;
 use super::super::geometry::Scene;
 use super::super::lanes::LANES;
 use super::super::light::luminance;
-use super::super::tracer::{Stack, blocked_through};
+use super::super::tracer::{Packet, Stack, blocked_through};
 use super::super::vectors::{area_m2, dot, sub, weighted};
-use super::aims::{AIM_SHARE, Aims, disc_form_factor};
 use super::buried::cells;
-use super::fan::{LIFT_M, Receiver, idle, set_ray};
-use super::shadow_rays::aimed_light;
+use super::fan::{LIFT_M, Receiver};
+use super::light_points::{END_SHARE, LightPoints, disc_form_factor};
+use super::shadow_rays::shadow_ray_light;
 use crate::num::{f32_from_u32, f32_nearest, f64_from_usize, index, u32_from};
 
 /// Least exitance of a secondary source, as a multiple of the mean over all surfaces. Random rays find duller ones often enough.
@@ -44,7 +44,7 @@ pub struct SecondarySources {
 /// A point that stands for a part of the secondary sources.
 #[derive(Clone, Copy, Debug)]
 struct Point {
-    /// Twice the sample plus its side.
+    /// The sample side whose light it has.
     sample_side: u32,
     position_m: [f32; 3],
     /// Of the side that is lit.
@@ -65,9 +65,9 @@ impl Piece {
 }
 
 impl SecondarySources {
-    /// For samples whose light the given aims find, those on vertices and those on grids.
-    pub fn of(scene: &Scene, aims: &[Aims; 2]) -> [Self; 2] {
-        if aims.iter().all(|aims| aims.fan.len() < POINTS_MIN * RAYS_A_POINT) {
+    /// For samples with the given light points, those on vertices and those on grids.
+    pub fn of(scene: &Scene, light_points: &[LightPoints; 2]) -> [Self; 2] {
+        if light_points.iter().all(|light_points| light_points.fan.len() < POINTS_MIN * RAYS_A_POINT) {
             return Default::default();
         }
         let exitance = exitance(scene);
@@ -86,7 +86,7 @@ impl SecondarySources {
         if bright_power < POWER_MIN * power {
             bright.clear();
         }
-        [0, 1].map(|kind| Self::drawn(&bright, aims[kind].fan.len(), 2 * scene.layout.samples.len()))
+        [0, 1].map(|kind| Self::drawn(&bright, light_points[kind].fan.len(), 2 * scene.layout.samples.len()))
     }
 
     /// Points in proportion to the pieces' power, in their order.
@@ -123,7 +123,7 @@ impl SecondarySources {
     pub fn seen_from(&self, scene: &Scene, receiver: &Receiver, stack: &mut Stack) -> [Vec<(u32, f64)>; 2] {
         let mut seen = [Vec::new(), Vec::new()];
         for points in self.points.chunks(LANES) {
-            let (mut packet, mut sent) = (idle(), [(0, 0.0); LANES]);
+            let (mut packet, mut sent) = (Packet::idle(), [(0, 0.0); LANES]);
             for (lane, point) in points.iter().enumerate() {
                 let side = usize::from(dot(sub(point.position_m, receiver.at_m), receiver.normal) < 0.0);
                 let origin_m = receiver.lifted_m(side);
@@ -131,7 +131,7 @@ impl SecondarySources {
                 let far_m = self.far_m[index(point.sample_side)];
                 let share = disc_form_factor(receiver.normal, direction, point.normal, point.area_m2);
                 if side < receiver.sides && share > 0.0 && dot(direction, direction) > far_m * far_m {
-                    set_ray(&mut packet, lane, origin_m, direction, AIM_SHARE);
+                    packet.set_ray(lane, origin_m, direction, END_SHARE);
                     sent[lane] = (side, share);
                 }
             }
@@ -153,11 +153,11 @@ impl SecondarySources {
 /// Luminance that each sample side reflects of what comes straight from lamps and bright directions; none from glossy surfaces, which rays
 /// go on from.
 fn exitance(scene: &Scene) -> Vec<f64> {
-    let aims = Aims::new(scene, LAMP_RAYS, LANES);
+    let light_points = LightPoints::new(scene, LAMP_RAYS, LANES);
     let samples = &scene.layout.samples;
     let chunks = in_chunks(samples.len(), CHUNK, |range| {
         let receivers: Vec<Receiver> = samples[range.clone()].iter().map(Receiver::of).collect();
-        let light = aimed_light(scene, &receivers, &aims, &[]);
+        let light = shadow_ray_light(scene, &receivers, &light_points, &[]);
         let both = light.into_iter().zip(&samples[range]).flat_map(|(sides, sample)| {
             sides.map(|side| {
                 side.all
@@ -223,13 +223,15 @@ mod tests {
     fn a_bright_patch_of_the_ceiling_lights_a_room_without_flakes() {
         let scene = uplighter();
         let bake = scene.bake(&BakeSettings::ROOM, &|_| {});
-        let few = Aims::of(&scene, &BakeSettings::ROOM);
-        let many = Aims::new(&scene, 768, 16_384);
+        let few = LightPoints::of(&scene, &BakeSettings::ROOM);
+        let many = LightPoints::new(&scene, 768, 16_384);
         let low = |sample: &&(usize, Receiver)| sample.1.at_m[1] < 1.5;
         let receivers: Vec<_> = scene.layout.samples.iter().map(Receiver::of).enumerate().collect();
         let [mut mean, mut baked2, mut random2, mut count] = [0.0; 4];
         for (sample, receiver) in receivers.iter().filter(low).step_by(17) {
-            let by = |aims: &Aims| scene.light_at(receiver, aims, [&bake.irradiance, &[]], 1.0, &[]).by_group[0][1];
+            let by = |light_points: &LightPoints| {
+                scene.light_at(receiver, light_points, [&bake.irradiance, &[]], 1.0, &[]).by_group[0][1]
+            };
             let exact = by(&many);
             let baked = f64::from(bake.irradiance[2 * sample][1]) / exact - 1.0;
             let random = by(&few[1]) / exact - 1.0;
@@ -245,12 +247,13 @@ mod tests {
     fn an_even_room_has_no_secondary_sources() {
         let mut scene = uplighter();
         let settings = BakeSettings::ROOM;
-        assert!(SecondarySources::of(&scene, &Aims::of(&scene, &settings)).iter().all(|kind| !kind.points.is_empty()));
+        let sources_of = |scene: &Scene| SecondarySources::of(scene, &LightPoints::of(scene, &settings));
+        assert!(sources_of(&scene).iter().all(|kind| !kind.points.is_empty()));
         // The same lamp turned to the floor lights much of the room.
         let lamp = scene.mesh.triangles.len() - 2;
         scene.mesh.triangles[lamp..].iter_mut().for_each(|corners| corners.swap(1, 2));
         let mesh = std::mem::take(&mut scene.mesh);
         let turned = Scene::new("downlighter", mesh, [0.0; BANDS]).unwrap();
-        assert!(SecondarySources::of(&turned, &Aims::of(&turned, &settings)).iter().all(|kind| kind.points.is_empty()));
+        assert!(sources_of(&turned).iter().all(|kind| kind.points.is_empty()));
     }
 }

@@ -1,16 +1,16 @@
-//! Shadow rays towards what samples aim at, and the light that they find.
+//! Shadow rays to light points, and the light that they bring.
 
 use super::super::geometry::Scene;
 use super::super::lanes::LANES;
 use super::super::light::{BANDS, luminance};
 use super::super::tracer::{Packet, Stack, blocked_through};
-use super::aims::{Aimed, AimedLight, Aims, aimed};
 use super::blockers::{Blocker, nearest};
-use super::fan::{Receiver, idle, set_ray};
+use super::fan::Receiver;
+use super::light_points::{LightPoints, ShadowRay, ShadowRayLight, shadow_ray_to};
 use super::reflected::add_reflected;
 use crate::num::f32_nearest;
 
-/// Rays towards sources that wait until a packet is full.
+/// Shadow rays that wait until a packet is full.
 struct ShadowRays<'a> {
     scene: &'a Scene,
     blockers: &'a [Blocker<'a>],
@@ -19,7 +19,7 @@ struct ShadowRays<'a> {
     waiting: [Waiting; LANES],
     lanes: usize,
     /// Of both sides of each receiver.
-    light: Vec<[AimedLight; 2]>,
+    light: Vec<[ShadowRayLight; 2]>,
 }
 
 /// What a shadow ray adds, if nothing is in its way.
@@ -37,16 +37,16 @@ impl Waiting {
 }
 
 impl ShadowRays<'_> {
-    fn push(&mut self, receiver: usize, aimed: &Aimed, source: Option<usize>) {
+    fn push(&mut self, receiver: usize, ray: &ShadowRay, source: Option<usize>) {
         if let Some(source) = source {
-            self.light[receiver][aimed.side].by_source[source].unoccluded += f32_nearest(luminance(aimed.sent));
+            self.light[receiver][ray.side].by_source[source].unoccluded += f32_nearest(luminance(ray.sent));
         }
-        if aimed.cone == 0.0 {
+        if ray.cone == 0.0 {
             return;
         }
-        set_ray(&mut self.packet, self.lanes, aimed.origin_m, aimed.direction, aimed.t_max);
-        let sent = aimed.sent.map(|band| band * f64::from(aimed.cone));
-        self.waiting[self.lanes] = Waiting { receiver, side: aimed.side, group: aimed.group, sent, source };
+        self.packet.set_ray(self.lanes, ray.origin_m, ray.direction, ray.t_max);
+        let sent = ray.sent.map(|band| band * f64::from(ray.cone));
+        self.waiting[self.lanes] = Waiting { receiver, side: ray.side, group: ray.group, sent, source };
         self.lanes += 1;
         if self.lanes == LANES {
             self.flush();
@@ -66,38 +66,43 @@ impl ShadowRays<'_> {
                 light.by_source[source].received += f32_nearest(luminance(sent));
             }
         }
-        (self.packet, self.lanes) = (idle(), 0);
+        (self.packet, self.lanes) = (Packet::idle(), 0);
     }
 }
 
 /// Light that lamps and bright directions send to the first or to both sides of receivers, straight or over plane mirrors, past moving
 /// objects.
-pub fn aimed_light(scene: &Scene, receivers: &[Receiver], aims: &Aims, blockers: &[Blocker]) -> Vec<[AimedLight; 2]> {
+pub fn shadow_ray_light(
+    scene: &Scene,
+    receivers: &[Receiver],
+    light_points: &LightPoints,
+    blockers: &[Blocker],
+) -> Vec<[ShadowRayLight; 2]> {
     let (stack, waiting) = (Stack::new(), [Waiting::NONE; LANES]);
-    let light = vec![[AimedLight::NONE; 2]; receivers.len()];
-    let mut shadows = ShadowRays { scene, blockers, stack, packet: idle(), waiting, lanes: 0, light };
-    for number in 0..aims.count() {
-        let source = aims.sources.iter().position(|source| source.holds(number));
+    let light = vec![[ShadowRayLight::NONE; 2]; receivers.len()];
+    let mut shadows = ShadowRays { scene, blockers, stack, packet: Packet::idle(), waiting, lanes: 0, light };
+    for number in 0..light_points.count() {
+        let source = light_points.sources.iter().position(|source| source.holds(number));
         for (receiver_index, receiver) in receivers.iter().enumerate() {
-            if let Some(aimed) = aimed(scene, receiver, aims, number) {
-                shadows.push(receiver_index, &aimed, source);
+            if let Some(ray) = shadow_ray_to(scene, receiver, light_points, number) {
+                shadows.push(receiver_index, &ray, source);
             }
         }
     }
     if shadows.lanes > 0 {
         shadows.flush();
     }
-    add_reflected(scene, receivers, aims, blockers, &mut shadows.light);
+    add_reflected(scene, receivers, light_points, blockers, &mut shadows.light);
     shadows.light
 }
 
-/// Which of at most 16 aims a sample sees: a bit each.
-pub fn visible_aims(scene: &Scene, number: usize, aims: &Aims, stack: &mut Stack) -> u32 {
+/// Which of at most 16 light points a sample sees: a bit each.
+pub fn visible_light_points(scene: &Scene, number: usize, light_points: &LightPoints, stack: &mut Stack) -> u32 {
     let receiver = Receiver::of(&scene.layout.samples[number]);
-    let (mut packet, mut above) = (idle(), 0_u32);
-    for number in 0..aims.count() {
-        if let Some(aimed) = aimed(scene, &receiver, aims, number) {
-            set_ray(&mut packet, number, aimed.origin_m, aimed.direction, aimed.t_max);
+    let (mut packet, mut above) = (Packet::idle(), 0_u32);
+    for number in 0..light_points.count() {
+        if let Some(ray) = shadow_ray_to(scene, &receiver, light_points, number) {
+            packet.set_ray(number, ray.origin_m, ray.direction, ray.t_max);
             above |= 1 << number;
         }
     }

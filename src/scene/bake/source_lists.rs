@@ -19,7 +19,7 @@ const WIDE_SHARE_CHANGE_MIN: f32 = 0.7;
 /// The light of one source at a sample side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ListedLight {
-    /// The source's number among the aims' sources.
+    /// The source's number among those of the light points.
     pub source: u32,
     /// Its light, of which the baked irradiance holds what is received.
     pub light: SourceLight,

@@ -1,5 +1,4 @@
-//! The strongest sources of a scene, whose shadows are followed one by one: each is a range of the points and directions that all samples
-//! aim at.
+//! The strongest sources of a scene, whose shadows are followed one by one: each is a range of the light points.
 
 use super::super::bulb::BulbPoint;
 use super::super::environment::DistantLight;
@@ -15,10 +14,10 @@ pub const SOURCES_MAX: usize = 16;
 /// about as narrow as a bake's samples stand apart.
 const NARROW_RAD: f32 = 0.05;
 
-/// A lamp, the sun or another bright part of the sky: consecutive aims.
+/// A lamp, the sun or another bright part of the sky: consecutive light points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Source {
-    /// Number of its first aim: points on lamps come first, then points in bulbs, then directions.
+    /// Number of its first light point: points on lamps come first, then points in bulbs, then directions.
     pub first: usize,
     /// How many it has.
     pub count: usize,
@@ -61,10 +60,10 @@ impl Source {
         }
     }
 
-    /// Whether an aim is one of its.
+    /// Whether a light point is one of its.
     #[inline]
-    pub fn holds(&self, aim: usize) -> bool {
-        aim.wrapping_sub(self.first) < self.count
+    pub fn holds(&self, light_point: usize) -> bool {
+        light_point.wrapping_sub(self.first) < self.count
     }
 }
 

@@ -25,7 +25,7 @@ pub fn reinsert(mut tree: Tree) -> Tree {
     tree
 }
 
-/// A better position for a node.
+/// A better insertion point for a node.
 #[derive(Clone, Copy, Debug)]
 struct Move {
     /// By how much the sum of half surfaces falls.
@@ -99,7 +99,7 @@ const fn sibling(node: usize) -> usize {
     ((node - 1) ^ 1) + 1
 }
 
-/// Looks for the position of greatest gain, from the node's own sibling up through its ancestors' siblings, by branch and bound.
+/// Looks for the insertion point of greatest gain, from the node's own sibling up through its ancestors' siblings, by branch and bound.
 fn best_move(tree: &Tree, parents: &[u32], node: usize, open: &mut Vec<(f32, usize)>) -> Option<Move> {
     let (own, own_m2) = (&tree.nodes[node].bounds, tree.half_area_m2(node));
     let parent = index(parents[node]);
@@ -116,7 +116,7 @@ fn best_move(tree: &Tree, parents: &[u32], node: usize, open: &mut Vec<(f32, usi
             && let Some((saved_m2, to)) = open.pop()
         {
             tried += 1;
-            // Below this position at least the node's own surface is added.
+            // Below this insertion point at least the node's own surface is added.
             if saved_m2 - own_m2 <= best.gain_m2 {
                 continue;
             }

@@ -67,7 +67,7 @@ fn seam_and_poles_are_smooth() {
     assert_eq!(tried, 800);
 }
 
-/// Irradiance of an upward surface by the soft part along a fine grid, and by the aims.
+/// Irradiance of an upward surface by the soft part along a fine grid, and by distant lights.
 fn upward(environment: &Environment) -> [f64; 2] {
     let mut soft = 0.0;
     let (rows, columns) = (200, 400);
@@ -80,7 +80,7 @@ fn upward(environment: &Environment) -> [f64; 2] {
             soft += f64::from(environment.soft_radiance(direction)[1]) * f64::from(direction[1]) * solid;
         }
     }
-    let aimed = environment.aims(192).concat();
+    let aimed = environment.distant_lights(192).concat();
     let aimed = aimed.iter().map(|light| f64::from(light.normal_irradiance[1] * light.direction[1].max(0.0)));
     [soft, aimed.fold(0.0, |sum, light| sum + light)]
 }
@@ -98,17 +98,17 @@ fn soft_and_aimed_parts_are_together_the_whole_light() {
     }
     let [soft, aimed] = upward(&environment);
     // The soft picture is bilinear between texels of 5.6 degrees: its sum is off by the second derivative of the cosine, under 0.2 %
-    // of it; the aims lie within two texels of 5.6 degrees, with a spread of the cosine of 2 % at 192 strata: 0.1 %.
+    // of it; the directions lie within two texels of 5.6 degrees, with a spread of the cosine of 2 % at 192 strata: 0.1 %.
     assert!(aimed > soft, "{aimed} {soft}");
     assert!(((soft + aimed) / whole - 1.0).abs() < 0.003, "{soft} {aimed} {whole}");
 }
 
 #[test]
-fn no_texel_however_bright_makes_an_aim_stronger_than_the_others() {
+fn no_texel_however_bright_makes_a_distant_light_stronger_than_the_others() {
     let environment = Environment::from_texels("e", 64, &texels(64), 0.0).unwrap();
-    let aims = environment.aims(96).concat();
-    assert_eq!(aims.len(), 96);
-    let strengths: Vec<f64> = aims.iter().map(|aim| luminance(aim.normal_irradiance.map(f64::from))).collect();
+    let lights = environment.distant_lights(96).concat();
+    assert_eq!(lights.len(), 96);
+    let strengths: Vec<f64> = lights.iter().map(|light| luminance(light.normal_irradiance.map(f64::from))).collect();
     assert!(strengths.iter().all(|strength| (strength / strengths[0] - 1.0).abs() < 1e-5));
     // What random rays hit is below the threshold.
     let mean = environment.map.mean_luminance();

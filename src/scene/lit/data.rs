@@ -42,7 +42,7 @@ pub(super) struct Paint {
     pub(super) base_colour: Bands,
     /// Emitted light in lux-equivalents.
     pub(super) glow_lux: Bands,
-    /// `UNTEXTURED` without one.
+    /// `PAINT_WITHOUT_TEXTURE` without one.
     pub(super) texture: u32,
     pub(super) double_sided: bool,
     /// Index of the cone of its emitted light; `NO_CONE` where it shines to all sides.
@@ -53,7 +53,7 @@ pub(super) struct Paint {
     pub(super) glossy: [bool; 2],
 }
 
-pub(super) const UNTEXTURED: u32 = u32::MAX;
+pub(super) const PAINT_WITHOUT_TEXTURE: u32 = u32::MAX;
 pub(super) const NO_CONE: u32 = u32::MAX;
 
 /// A scene under light.
@@ -62,7 +62,7 @@ pub struct LitScene {
     /// Shared, so that one scene under different light is cheap.
     pub(super) scene: Arc<Scene>,
     pub(super) illuminant: Illuminant,
-    /// Lux-equivalents of steady light; side 0, then side 1 of each sample.
+    /// Lux-equivalents of steady light by sample side (`samples`).
     pub(super) irradiance_lux: Vec<Bands>,
     /// The same of light that flickers, at its mean; empty where none does.
     pub(super) flickering_lux: Vec<Bands>,
@@ -82,7 +82,7 @@ pub struct LitScene {
     /// What a ray needs of each triangle.
     pub(super) faces: Arc<[Face]>,
     pub(super) has_textures: bool,
-    /// What shadows are traced by; none where nothing is aimed at.
+    /// What shadows are traced by, and normal maps lit by; none without light points.
     pub(super) shadows: Option<Arc<Shadows>>,
     /// What of each material keeps an image.
     pub(super) gloss: Vec<Option<Gloss>>,
@@ -97,7 +97,7 @@ pub struct LitScene {
 #[repr(C, align(64))]
 pub struct Face {
     pub(super) numbers: [f32; NUMBERS],
-    /// Its texture, `UNTEXTURED` without one, and marks.
+    /// Its texture (`FACE_WITHOUT_TEXTURE` of `surface` without one), and marks.
     pub(super) kind: u32,
 }
 

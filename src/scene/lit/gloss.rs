@@ -1,9 +1,9 @@
 //! Specular reflections. Computes the reflected ray at a hit on a glossy surface, and the weight of its light.
 //!
 //! Fresnel's reflectance by Schlick's formula; microfacets by GGX, sampled by their visible normals (Heitz, JCGT 7(4), 2018) with the
-//! height-correlated shadowing of Smith. What a facet does not reflect leaves a dielectric diffusely; a metal has no diffuse part but
-//! what its facets shadow, which single scattering would lose (5 % at alpha 0.16 and 80 degrees, under 1.2 % up to 66) and here leaves
-//! diffusely.
+//! height-correlated shadowing of Smith. What a microfacet does not reflect leaves a dielectric diffusely; a metal has no diffuse part but
+//! what its microfacets shadow, which single scattering would lose (5 % at alpha 0.16 and 80 degrees, under 1.2 % up to 66) and here
+//! leaves diffusely.
 
 use super::super::chance::{frame, turned};
 use super::super::light::{BANDS, Bands};
@@ -16,8 +16,8 @@ use crate::num::{greater, index};
 /// Below this a surface is a mirror: its lobe is narrower than a pixel of any lens here.
 const ALPHA_MIN: f32 = 1e-3;
 
-/// Reflections that a ray follows.
-pub const BOUNCES_MAX: u32 = 4;
+/// Reflections that a ray follows, at most.
+pub const REFLECTIONS_MAX: u32 = 4;
 
 /// The most of a material's reflection that keeps an image anywhere, if any does.
 pub(super) fn glossiest(mesh: &Mesh, material: &Material) -> Option<Gloss> {
@@ -142,7 +142,7 @@ impl Facet {
         (unit(away).unwrap_or(self.plane), weight, diffuse)
     }
 
-    /// A visible normal, and the share of its reflection that no other facet shadows.
+    /// A visible normal of a microfacet, and the share of its reflection that no other microfacet shadows.
     fn visible_half(&self, view: [f32; 3], [along, around]: [f32; 2]) -> ([f32; 3], f32) {
         let sides = frame(self.normal);
         let local = [dot(view, sides[0]), dot(view, sides[1]), dot(view, self.normal)];
@@ -211,8 +211,8 @@ mod tests {
         for alpha in [0.0, 0.01, 0.05, 0.16] {
             for cos in [1.0, 0.7, 0.4, 0.2] {
                 let kept = albedo(&facet(alpha, 1.0), cos);
-                // Straight on, the share alpha^2 / (1 + alpha^2) of facets is steeper than 45 degrees and sends light below the surface;
-                // shadowing takes about half as much again, more at grazing views. 1e-6 is rounding.
+                // Straight on, the share alpha^2 / (1 + alpha^2) of microfacets is steeper than 45 degrees and sends light below the
+                // surface; shadowing takes about half as much again, more at grazing views. 1e-6 is rounding.
                 let steep = f64::from(alpha * alpha);
                 let least = if cos > 0.5 { 1.0 - 2.0 * steep - 0.012 } else { 0.95 - 4.0 * steep };
                 assert!(kept <= 1.0 + 1e-6 && kept > least, "{alpha} {cos}: {kept}");

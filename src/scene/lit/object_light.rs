@@ -1,18 +1,18 @@
 //! Light that reaches an object where it moves: found at instants along its path, and mixed in between.
 //!
-//! The object receives direct light with the shadows of the fixed scene, of all objects and of itself, and the light that the fixed
+//! The object receives direct light with the shadows of the static scene, of all objects and of itself, and the light that the static
 //! scene's surfaces send back. Objects in the way of that are taken to be as bright as the point that they hide it from: where they hide a
 //! share f of the light from all around, a surface of albedo a has 1 / (1 - f a) times what comes past them. They send no light to the
-//! fixed scene, which they shade in the render (`optics/render/shadows`).
+//! static scene, which they shade in the render (`optics/render/shadows`).
 
 use glam::DVec3;
 use std::sync::OnceLock;
 
 use super::super::bake::Bake;
-use super::super::bake::aims::Aims;
 use super::super::bake::blockers::Blocker;
 use super::super::bake::buried::{fill, stand_ins};
 use super::super::bake::light_at::LightAt;
+use super::super::bake::light_points::LightPoints;
 use super::super::bake::rays::Receiver;
 use super::super::geometry::Scene;
 use super::super::light::{BANDS, Bands};
@@ -22,7 +22,7 @@ use crate::parallel::collected;
 use crate::pose::Pose;
 use crate::units::Span;
 
-/// Points on lamps that a sample of an object aims at.
+/// Points on lamps that a sample of an object sends shadow rays to.
 const LAMP_RAYS: usize = 128;
 /// Directions from which a sample of an object gathers the light of surfaces.
 const RAYS: usize = 256;
@@ -68,14 +68,14 @@ impl LightSteps {
         let start_s = (run.start_s / step_s).floor() * step_s;
         let count = if is_still { 1 } else { 1 + index(u32_truncated(((run.end_s - start_s) / step_s).ceil())) };
         let at_s = |step: usize| (start_s + step_s * f64_from_usize(step)).clamp(run.start_s, run.end_s);
-        let aims = Aims::new(&fixed.scene, LAMP_RAYS, RAYS);
-        let at = |t_s: f64| irradiance(shape, fixed, &aims, &world_from_object(t_s), &blockers(t_s));
+        let light_points = LightPoints::new(&fixed.scene, LAMP_RAYS, RAYS);
+        let at = |t_s: f64| irradiance(shape, fixed, &light_points, &world_from_object(t_s), &blockers(t_s));
         Self { start_s, step_s, steps: (0..count).map(|step| at(at_s(step))).collect() }
     }
 }
 
 impl ObjectLight {
-    /// Of a shape whose light is found. The fixed scene gives its units.
+    /// Of a shape whose light is found. The static scene gives its units.
     pub fn of(shape: Scene, fixed: &LitScene, light: LightSteps) -> Self {
         let dark = Bake::even(&shape, 0.0);
         let lux_per_unit = fixed.lux_per_radiance / std::f64::consts::PI;
@@ -136,7 +136,7 @@ impl ObjectLight {
 fn irradiance(
     shape: &Scene,
     fixed: &LitScene,
-    aims: &Aims,
+    light_points: &LightPoints,
     world_from_object: &Pose,
     blockers: &[Blocker],
 ) -> [Vec<Bands>; 2] {
@@ -154,7 +154,7 @@ fn irradiance(
         let normal = world_from_object.direction(wide(sample.normal)) * if side == 0 { 1.0 } else { -1.0 };
         let at_m = world_from_object.point(wide(sample.position_m));
         let receiver = Receiver { at_m: narrow(at_m), normal: narrow(normal), sides: 1 };
-        let LightAt { by_group, hidden, .. } = fixed.scene.light_at(&receiver, aims, baked, per_unit, blockers);
+        let LightAt { by_group, hidden, .. } = fixed.scene.light_at(&receiver, light_points, baked, per_unit, blockers);
         let of = |light: f64, albedo: f32| f32_nearest(light / (1.0 - hidden * f64::from(albedo)));
         let lux = by_group.map(|light| std::array::from_fn(|band| of(light[band], sample.albedo[band])));
         (lux, hidden > HIDDEN_MIN)

@@ -1,7 +1,7 @@
 //! Rays from a hit to the sources that it has to ask for.
 
 use super::super::bake::Source;
-use super::super::bake::aims::{Aimed, aimed};
+use super::super::bake::light_points::{ShadowRay, shadow_ray_to};
 use super::super::bake::rays::Receiver;
 use super::super::light::luminance;
 use super::super::vectors::dot;
@@ -10,22 +10,22 @@ use super::shadows::Shadows;
 use super::surface::on_side;
 use crate::num::{f32_from_u32, f32_nearest, index, u32_from, u32_truncated_f32};
 
-/// A source that stands lower over a triangle's plane is left to the bake: there a mesh's facets would shade themselves (the shadow
+/// A source that stands lower over a triangle's plane is left to the bake: there a mesh's triangles would shade themselves (the shadow
 /// terminator of smooth surfaces).
 const GRAZING: f32 = 0.05;
 /// Parts of a wide source that a ray to it is chosen from.
 const QUARTERS: usize = 4;
 
 impl LitScene {
-    /// What shadows are traced by; none where none are.
+    /// What shadows are traced by; none where they are as baked.
     #[inline(always)]
-    pub fn shadows(&self) -> Option<&Shadows> {
-        self.sources().filter(|shadows| shadows.are_traced())
+    pub fn traced_shadows(&self) -> Option<&Shadows> {
+        self.shadows().filter(|shadows| shadows.are_traced())
     }
 
-    /// The strongest sources; none where nothing is aimed at.
+    /// What shadows are traced by, if they are, and normal maps lit by; none without light points.
     #[inline(always)]
-    pub fn sources(&self) -> Option<&Shadows> {
+    pub fn shadows(&self) -> Option<&Shadows> {
         self.shadows.as_deref()
     }
 
@@ -56,10 +56,10 @@ impl LitScene {
         (at_m, normal): ([f32; 3], [f32; 3]),
         source: u32,
         number: f32,
-    ) -> Option<Aimed> {
-        let Source { first, count, .. } = shadows.aims.sources[index(source)];
+    ) -> Option<ShadowRay> {
+        let Source { first, count, .. } = shadows.light_points.sources[index(source)];
         let chosen = first + below(count, number)?;
-        let ray = aimed(&self.scene, &Receiver { at_m, normal, sides: 1 }, &shadows.aims, chosen)?;
+        let ray = shadow_ray_to(&self.scene, &Receiver { at_m, normal, sides: 1 }, &shadows.light_points, chosen)?;
         let length2 = dot(ray.direction, ray.direction);
         let cos = dot(ray.direction, normal);
         (cos > 0.0 && cos * cos > GRAZING * GRAZING * length2).then_some(ray)
@@ -73,8 +73,8 @@ impl LitScene {
         (at_m, normal): ([f32; 3], [f32; 3]),
         source: u32,
         (number, within_quarter): (f32, impl FnOnce() -> f32),
-    ) -> Option<Aimed> {
-        let of_source = &shadows.aims.sources[index(source)];
+    ) -> Option<ShadowRay> {
+        let of_source = &shadows.light_points.sources[index(source)];
         if of_source.is_narrow(at_m) || of_source.count < QUARTERS {
             return self.shadow_ray(shadows, (at_m, normal), source, number);
         }
@@ -82,22 +82,22 @@ impl LitScene {
         let within = below(quarter, within_quarter())?;
         let mut points = [None; QUARTERS];
         let (mut sent, mut sum) = ([0.0; QUARTERS], 0.0);
-        for at in 0..QUARTERS {
-            points[at] = aimed(
+        for part in 0..QUARTERS {
+            points[part] = shadow_ray_to(
                 &self.scene,
                 &Receiver { at_m, normal, sides: 1 },
-                &shadows.aims,
-                of_source.first + at * quarter + within,
+                &shadows.light_points,
+                of_source.first + part * quarter + within,
             );
-            sent[at] = points[at].map_or(0.0, |ray| f32_nearest(luminance(ray.sent)));
-            sum += sent[at];
+            sent[part] = points[part].map_or(0.0, |ray| f32_nearest(luminance(ray.sent)));
+            sum += sent[part];
         }
         let (mut chosen, mut before) = (None, 0.0);
-        for at in 0..QUARTERS {
-            if sent[at] > 0.0 && number * sum >= before {
-                chosen = points[at];
+        for part in 0..QUARTERS {
+            if sent[part] > 0.0 && number * sum >= before {
+                chosen = points[part];
             }
-            before += sent[at];
+            before += sent[part];
         }
         chosen
     }

@@ -4,7 +4,7 @@
 //! a random point on it finds: 0 or 1. Where nothing stands between, that is the baked light again, to the last digit but one. So there is
 //! neither noise nor a seam where no shadow is.
 
-use super::super::bake::aims::{Aimed, Aims};
+use super::super::bake::light_points::{LightPoints, ShadowRay};
 use super::super::bake::{Bake, Extent, ListedLight, Source, SourceLight, SourceLists};
 use super::super::geometry::Scene;
 use super::super::lanes::{Floats, LANES, Mask, Vectors, dot3, splat3, unrolled};
@@ -29,7 +29,7 @@ const TILTED_COS_MIN: f32 = 0.1;
 #[derive(Clone, Debug)]
 pub struct Shadows {
     /// Points on sources.
-    pub(super) aims: Aims,
+    pub(super) light_points: LightPoints,
     /// Colour of each source, of luminance 1, in lux-equivalents by band; and whether it flickers.
     colours: Vec<(Bands, bool)>,
     /// Light at the edges, and on normal maps, in lux.
@@ -39,15 +39,15 @@ pub struct Shadows {
     are_traced: bool,
     /// The sources of each sample side's list, a bit each; empty without edges.
     sources_at: Vec<u16>,
-    /// Where all sources are, and where each is.
-    towards: Towards,
-    towards_each: Vec<Towards>,
+    /// Of all sources, one a lane; and of each, in all lanes.
+    bounds_by_lane: SourceBounds,
+    bounds_of_each: Vec<SourceBounds>,
     lux_per_unit: f32,
 }
 
-/// Where sources are, lane by lane: all of them, or one in all lanes.
+/// Where sources are and how strong at most, lane by lane: all of them, or one in all lanes.
 #[derive(Clone, Copy, Debug)]
-pub struct Towards {
+pub struct SourceBounds {
     /// Middle in metres, or direction where it is infinitely far.
     middle_or_direction: Vectors,
     /// Radius in metres, or as an angle.
@@ -62,7 +62,7 @@ pub struct Towards {
     is_source: Mask,
 }
 
-impl Towards {
+impl SourceBounds {
     /// One source in all lanes.
     #[inline(always)]
     fn one(source: &Source, lux_per_unit: f64) -> Self {
@@ -177,13 +177,13 @@ pub struct Relief {
 }
 
 impl Shadows {
-    /// Of a scene whose radiances count `lux_per_unit`; none where nothing is aimed at.
+    /// Of a scene whose radiances count `lux_per_unit`; none without light points.
     pub(super) fn of(scene: &Scene, bake: &Bake, lux_per_unit: f64) -> Option<Self> {
-        let aims = Aims::new(scene, (POINTS * scene.lamps.groups().max(1)).min(POINTS_MAX), FAN);
-        if aims.sources.is_empty() {
+        let light_points = LightPoints::new(scene, (POINTS * scene.lamps.groups().max(1)).min(POINTS_MAX), FAN);
+        if light_points.sources.is_empty() {
             return None;
         }
-        let colours = aims.sources.iter().map(|source| colour(scene, &aims, source)).collect();
+        let colours = light_points.sources.iter().map(|source| colour(scene, &light_points, source)).collect();
         let scaled = |lux: f32| f32_nearest(f64::from(lux) * lux_per_unit);
         let [edges, on_normal_maps] = [&bake.edges, &bake.on_normal_maps].map(|lists| {
             let mut lists = lists.clone();
@@ -194,10 +194,19 @@ impl Shadows {
         });
         let bits = |sample_side: usize| edges.at(sample_side).iter().fold(0, |bits, light| bits | 1 << light.source);
         let sources_at = (0..edges.starts.len().saturating_sub(1)).map(bits).collect();
-        let towards_each: Vec<Towards> = aims.sources.iter().map(|source| Towards::one(source, lux_per_unit)).collect();
-        let (towards, lux_per_unit) = (Towards::all(&towards_each), f32_nearest(lux_per_unit));
-        let are_traced = true;
-        Some(Self { aims, colours, edges, on_normal_maps, are_traced, sources_at, towards, towards_each, lux_per_unit })
+        let bounds = light_points.sources.iter().map(|source| SourceBounds::one(source, lux_per_unit));
+        let bounds_of_each: Vec<SourceBounds> = bounds.collect();
+        Some(Self {
+            light_points,
+            colours,
+            edges,
+            on_normal_maps,
+            are_traced: true,
+            sources_at,
+            bounds_by_lane: SourceBounds::all(&bounds_of_each),
+            bounds_of_each,
+            lux_per_unit: f32_nearest(lux_per_unit),
+        })
     }
 
     /// Whether shadows are traced at all.
@@ -225,15 +234,15 @@ impl Shadows {
         }
     }
 
-    /// Where each source is, by their numbers.
+    /// Bounds of each source, in all lanes, by their numbers.
     #[inline(always)]
-    pub fn towards_each(&self) -> &[Towards] {
-        &self.towards_each
+    pub fn bounds_of_each(&self) -> &[SourceBounds] {
+        &self.bounds_of_each
     }
 
     /// Lux by band that a source gives a point if all of it sends what a ray towards one of its points does.
-    pub fn lux_by(&self, ray: &Aimed, source: u32) -> Bands {
-        let points = f32_from_u32(u32_from(self.aims.sources[index(source)].count));
+    pub fn lux_by(&self, ray: &ShadowRay, source: u32) -> Bands {
+        let points = f32_from_u32(u32_from(self.light_points.sources[index(source)].count));
         ray.sent.map(|band| f32_nearest(band) * ray.cone * points * self.lux_per_unit)
     }
 
@@ -259,7 +268,7 @@ impl Shadows {
 
     /// Light of a source on a mapped normal, over that on the smooth one.
     pub fn tilted(&self, source: u32, at_m: [f32; 3], relief: &Relief) -> f32 {
-        let way = match self.aims.sources[index(source)].extent {
+        let way = match self.light_points.sources[index(source)].extent {
             Extent::Ball { middle_m, .. } => sub(middle_m, at_m),
             Extent::Cone { direction, .. } => direction,
         };
@@ -290,10 +299,10 @@ impl Shadows {
         changes
     }
 
-    /// Where all sources are, by their numbers.
+    /// Bounds of all sources: the lane is a source's number.
     #[inline(always)]
-    pub fn towards(&self) -> &Towards {
-        &self.towards
+    pub fn bounds_by_lane(&self) -> &SourceBounds {
+        &self.bounds_by_lane
     }
 
     /// Sources whose shadow ends beside a sample side: a bit each.
@@ -316,20 +325,20 @@ impl Shadows {
 }
 
 /// Colour of a source's light, of luminance 1, and whether it flickers.
-fn colour(scene: &Scene, aims: &Aims, source: &Source) -> (Bands, bool) {
+fn colour(scene: &Scene, light_points: &LightPoints, source: &Source) -> (Bands, bool) {
     let mut sum = [0.0_f64; BANDS];
     let mut add = |light: Bands| (0..BANDS).for_each(|band| sum[band] += f64::from(light[band]));
     let mut flickers = false;
-    let (lamps, bulbs) = (aims.lamp_points.len(), aims.bulb_points.len());
+    let (lamps, bulbs) = (light_points.lamp_points.len(), light_points.bulb_points.len());
     for number in source.first..source.first + source.count {
-        if let Some(point) = aims.lamp_points.get(number) {
+        if let Some(point) = light_points.lamp_points.get(number) {
             add(point.radiance);
             flickers = scene.flickers(point.material);
-        } else if let Some(point) = aims.bulb_points.get(number - lamps) {
+        } else if let Some(point) = light_points.bulb_points.get(number - lamps) {
             add(point.intensity);
             flickers = scene.flickers(point.material);
         } else {
-            add(aims.distant[number - lamps - bulbs].normal_irradiance);
+            add(light_points.distant[number - lamps - bulbs].normal_irradiance);
         }
     }
     let all = luminance(sum);

@@ -72,7 +72,7 @@ const MAPPED: u32 = 1 << 28;
 /// The part of a face's kind that names its texture.
 const TEXTURE: u32 = (1 << 28) - 1;
 /// Names no texture.
-const UNTEXTURED: u32 = TEXTURE;
+const FACE_WITHOUT_TEXTURE: u32 = TEXTURE;
 
 /// Faces of all triangles. `slopes` is empty without textures.
 pub fn faces(
@@ -90,7 +90,7 @@ pub fn faces(
             numbers[3..9].copy_from_slice(slopes.as_flattened());
         }
         numbers[9..].copy_from_slice(shade.uv.as_flattened());
-        let mut kind = mesh.materials[index(shade.material)].texture.unwrap_or(UNTEXTURED);
+        let mut kind = mesh.materials[index(shade.material)].texture.unwrap_or(FACE_WITHOUT_TEXTURE);
         for (mark, is_glossy) in GLOSSY.into_iter().zip(paints[index(shade.material)].glossy) {
             kind |= if is_glossy { mark } else { 0 };
         }

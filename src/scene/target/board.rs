@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::super::geometry::Scene;
 use super::super::light::BANDS;
 use super::super::mesh::{Material, Mesh, Vertex, pushed};
-use super::params::Wish;
+use super::params::TargetRequest;
 use crate::error::Error;
 use crate::num::{f32_nearest, f64_from_usize, index, lesser, u32_from, u32_truncated};
 
@@ -31,15 +31,15 @@ pub struct Board {
 
 impl Board {
     /// A board, and the wall around it. `name` reads `more` keys besides `BOARD_KEYS`.
-    fn new(name: &str, wish: &Wish, more: &[&str]) -> Result<Self, Error> {
-        wish.only(name, &[&BOARD_KEYS[..], more].concat())?;
-        let distance_m = wish.get("target_distance_m", 1.0, 0.01, 10_000.0)?;
-        let size_m = wish.get("target_size_m", 2.0 * distance_m, 0.001, 10_000.0)?;
-        if !(0.0..=1.0).contains(&wish.reflectance) {
-            return Err(Error::key("scene.reflectance", wish.reflectance, "use 0 to 1"));
+    fn new(name: &str, request: &TargetRequest, more: &[&str]) -> Result<Self, Error> {
+        request.only(name, &[&BOARD_KEYS[..], more].concat())?;
+        let distance_m = request.get("target_distance_m", 1.0, 0.01, 10_000.0)?;
+        let size_m = request.get("target_size_m", 2.0 * distance_m, 0.001, 10_000.0)?;
+        if !(0.0..=1.0).contains(&request.reflectance) {
+            return Err(Error::key("scene.reflectance", request.reflectance, "use 0 to 1"));
         }
         let mut board = Self { mesh: Mesh::default(), distance_m, size_m };
-        let around = board.patch_material(wish.reflectance);
+        let around = board.patch_material(request.reflectance);
         let half_m = f32_nearest(4.0 * (distance_m + size_m));
         let mut faces = super::params::cube([-half_m; 3], [half_m; 3], true);
         // The wall that the board hangs on is in the board's plane, with a hole of the board's size; the other five close the room.
@@ -86,30 +86,30 @@ impl Board {
 }
 
 /// Reflectances of light and dark about a mean.
-fn light_and_dark(wish: &Wish, contrast: f64) -> Result<[f64; 2], Error> {
-    let dark = 2.0 * wish.reflectance / (1.0 + contrast);
+fn light_and_dark(request: &TargetRequest, contrast: f64) -> Result<[f64; 2], Error> {
+    let dark = 2.0 * request.reflectance / (1.0 + contrast);
     let light = dark * contrast;
     let most = (1.0 + contrast) / (2.0 * contrast);
-    if wish.reflectance <= most {
+    if request.reflectance <= most {
         return Ok([lesser(light, 1.0), dark]);
     }
     let reason = format!("with a contrast of {contrast} the light parts would reflect {light:.3}; use {most} or less");
-    Err(Error::key("scene.reflectance", wish.reflectance, reason))
+    Err(Error::key("scene.reflectance", request.reflectance, reason))
 }
 
 /// A wall without any feature.
-pub fn blank_wall(wish: &Wish) -> Result<Scene, Error> {
-    let mut board = Board::new("blank_wall", wish, &[])?;
+pub fn blank_wall(request: &TargetRequest) -> Result<Scene, Error> {
+    let mut board = Board::new("blank_wall", request, &[])?;
     let h = 0.5 * board.size_m;
     board.rectangle(0, [-h, -h], [h, h]);
     board.scene("blank_wall")
 }
 
 /// ISO 12233: light to the left of an edge that leans to the right at its top for positive angles, dark to the right of it.
-pub fn slanted_edge(wish: &Wish) -> Result<Scene, Error> {
-    let mut board = Board::new("slanted_edge", wish, &["target_angle_deg", "target_contrast"])?;
-    let angle_deg = wish.get("target_angle_deg", 5.0, -45.0, 45.0)?;
-    let [light, dark] = light_and_dark(wish, wish.get("target_contrast", 4.0, 1.0, 10_000.0)?)?;
+pub fn slanted_edge(request: &TargetRequest) -> Result<Scene, Error> {
+    let mut board = Board::new("slanted_edge", request, &["target_angle_deg", "target_contrast"])?;
+    let angle_deg = request.get("target_angle_deg", 5.0, -45.0, 45.0)?;
+    let [light, dark] = light_and_dark(request, request.get("target_contrast", 4.0, 1.0, 10_000.0)?)?;
     let [light, dark] = [board.patch_material(light), board.patch_material(dark)];
     let h = 0.5 * board.size_m;
     let lean = h * libm::tan(angle_deg.to_radians());
@@ -119,25 +119,25 @@ pub fn slanted_edge(wish: &Wish) -> Result<Scene, Error> {
 }
 
 /// ISO 14524's grey scale as upright bars from light on the left to dark on the right, equal steps of density.
-pub fn grey_wedge(wish: &Wish) -> Result<Scene, Error> {
-    let mut board = Board::new("grey_wedge", wish, &["target_steps", "target_contrast"])?;
-    let steps = index(u32_truncated(wish.get("target_steps", 12.0, 2.0, 64.0)?));
-    let contrast = wish.get("target_contrast", 40.0, 1.0, 10_000.0)?;
+pub fn grey_wedge(request: &TargetRequest) -> Result<Scene, Error> {
+    let mut board = Board::new("grey_wedge", request, &["target_steps", "target_contrast"])?;
+    let steps = index(u32_truncated(request.get("target_steps", 12.0, 2.0, 64.0)?));
+    let contrast = request.get("target_contrast", 40.0, 1.0, 10_000.0)?;
     let h = 0.5 * board.size_m;
     let edge = |step: usize| h * (2.0 * f64_from_usize(step) / f64_from_usize(steps) - 1.0);
     for step in 0..steps {
         let share = f64_from_usize(step) / f64_from_usize(steps - 1);
-        let material = board.patch_material(wish.reflectance * libm::pow(contrast, -share));
+        let material = board.patch_material(request.reflectance * libm::pow(contrast, -share));
         board.rectangle(material, [edge(step), -h], [edge(step + 1), h]);
     }
     board.scene("grey_wedge")
 }
 
 /// Squares of known size, whole ones only, centred; the board's rim is as light as the mean.
-pub fn checkerboard(wish: &Wish) -> Result<Scene, Error> {
-    let mut board = Board::new("checkerboard", wish, &["target_square_m", "target_contrast"])?;
-    let square_m = wish.get("target_square_m", board.size_m / 8.0, 1e-5, board.size_m)?;
-    let [light, dark] = light_and_dark(wish, wish.get("target_contrast", 10.0, 1.0, 10_000.0)?)?;
+pub fn checkerboard(request: &TargetRequest) -> Result<Scene, Error> {
+    let mut board = Board::new("checkerboard", request, &["target_square_m", "target_contrast"])?;
+    let square_m = request.get("target_square_m", board.size_m / 8.0, 1e-5, board.size_m)?;
+    let [light, dark] = light_and_dark(request, request.get("target_contrast", 10.0, 1.0, 10_000.0)?)?;
     let [light, dark] = [board.patch_material(light), board.patch_material(dark)];
     let count = whole(board.size_m, square_m, PATCHES_MAX)?;
     let (h, rim) = (0.5 * board.size_m, 0.5 * square_m * f64_from_usize(count));
@@ -166,11 +166,11 @@ fn whole(size_m: f64, square_m: f64, most: f64) -> Result<usize, Error> {
 }
 
 /// A grid of small discs of known intensity before a board of the stated reflectance.
-pub fn point_sources(wish: &Wish) -> Result<Scene, Error> {
-    let mut board = Board::new("point_sources", wish, &["target_square_m", "target_point_m", "target_point_cd"])?;
-    let step_m = wish.get("target_square_m", board.size_m / 8.0, 1e-5, board.size_m)?;
-    let point_m = wish.get("target_point_m", step_m / 50.0, 1e-6, 0.9 * step_m)?;
-    let intensity_cd = wish.get("target_point_cd", 0.01, 0.0, 1e6)?;
+pub fn point_sources(request: &TargetRequest) -> Result<Scene, Error> {
+    let mut board = Board::new("point_sources", request, &["target_square_m", "target_point_m", "target_point_cd"])?;
+    let step_m = request.get("target_square_m", board.size_m / 8.0, 1e-5, board.size_m)?;
+    let point_m = request.get("target_point_m", step_m / 50.0, 1e-6, 0.9 * step_m)?;
+    let intensity_cd = request.get("target_point_cd", 0.01, 0.0, 1e6)?;
     let h = 0.5 * board.size_m;
     board.rectangle(0, [-h, -h], [h, h]);
     let glow = board.patch_material(0.0);
@@ -178,7 +178,7 @@ pub fn point_sources(wish: &Wish) -> Result<Scene, Error> {
     let radius_m = 0.5 * point_m;
     let area_m2 = 0.5 * side * radius_m * radius_m * libm::sin(TAU / side);
     // `evenly_lit` makes one unit of emission a luminance of as many cd/m^2 as there are lux.
-    let emission = intensity_cd / (area_m2 * wish.illuminance_lux);
+    let emission = intensity_cd / (area_m2 * request.illuminance_lux);
     let material = &mut board.mesh.materials[index(glow)];
     (material.emission, material.double_sided) = ([f32_nearest(emission); BANDS], false);
     let count = whole(board.size_m, step_m, SOURCES_MAX)?;

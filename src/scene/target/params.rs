@@ -10,7 +10,7 @@ pub(super) const HALF_EDGE_M: f32 = 2.0;
 
 /// What a user said about a target; what is not said has a default that depends on the target.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Wish {
+pub struct TargetRequest {
     /// Mean of light and dark; of a wedge, its lightest step. 0 to 1.
     pub reflectance: f64,
     /// Illuminance on the target, which the intensity of point sources is measured against.
@@ -19,7 +19,7 @@ pub struct Wish {
     pub sizes: Vec<(&'static str, Option<f64>)>,
 }
 
-impl Wish {
+impl TargetRequest {
     /// The value of a key, checked, or another one where the user gave none.
     pub(super) fn get(&self, key: &str, otherwise: f64, low: f64, high: f64) -> Result<f64, Error> {
         let given = self.sizes.iter().find(|(name, _)| *name == key).and_then(|(_, value)| *value);

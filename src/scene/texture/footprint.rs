@@ -39,8 +39,8 @@ pub struct SampleShare {
     /// Of the exposure.
     exposure: f32,
     /// Whether a share of a motion that is too long for one look-up is as much of it as one takes, and not that share of what one
-    /// takes. Nets that lie evenly over the moving surface have no gaps of time to see through; halves of other samples do, and would
-    /// agree better than two renders.
+    /// takes. Sobol' points that lie evenly over the moving surface have no gaps of time to see through; halves of other samples do, and
+    /// would agree better than two renders.
     is_wide: bool,
 }
 

@@ -16,6 +16,23 @@ pub struct Packet {
 }
 
 impl Packet {
+    /// No rays: all lanes are idle.
+    #[inline(always)]
+    pub fn idle() -> Self {
+        let [zero, one] = [Floats::splat(0.0), Floats::splat(1.0)];
+        Self { origin_m: [zero; 3], direction: [one, zero, zero], t_min: zero, t_max: Floats::splat(-1.0) }
+    }
+
+    /// Puts a ray into a lane of a packet that was idle.
+    #[inline(always)]
+    pub fn set_ray(&mut self, lane: usize, origin_m: [f32; 3], direction: [f32; 3], t_max: f32) {
+        for axis in 0..3 {
+            self.origin_m[axis].0[lane] = origin_m[axis];
+            self.direction[axis].0[lane] = direction[axis];
+        }
+        self.t_max.0[lane] = t_max;
+    }
+
     /// Which rays, as wide as `spread` radians, may meet a ball, by its middle and radius in metres.
     #[inline(always)]
     pub fn come_near(&self, (middle_m, radius_m): ([f32; 3], f32), spread: Floats) -> Mask {

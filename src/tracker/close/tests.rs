@@ -1,4 +1,4 @@
-//! One camera goes round a ring of points and drifts in scale as it goes: no step tells, since a picture has no metre. The location where
+//! One camera goes round a ring of points and drifts in scale as it goes: no step tells, since a picture has no metre. The place where
 //! it started, seen again, must give the map its unit back. Metres of the first keyframe's map.
 
 use glam::{DQuat, DVec3};

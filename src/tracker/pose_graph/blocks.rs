@@ -28,7 +28,7 @@ pub struct BlockSystem {
     /// Index of each node in the order of elimination.
     elimination_index: Vec<usize>,
     columns: Vec<BlockColumn>,
-    sides: Vec<Vector7>,
+    rhs: Vec<Vector7>,
 }
 
 impl BlockSystem {
@@ -63,8 +63,8 @@ impl BlockSystem {
             }
         };
         let columns: Vec<BlockColumn> = patterns.iter().map(column).collect();
-        let sides = vec![Vector7::zeros(); columns.len()];
-        Self { elimination_index, columns, sides }
+        let rhs = vec![Vector7::zeros(); columns.len()];
+        Self { elimination_index, columns, rhs }
     }
 
     /// Blocks below the diagonal, fill included.
@@ -78,13 +78,13 @@ impl BlockSystem {
             column.diagonal = Matrix7::zeros();
             column.below.iter_mut().for_each(|(_, block)| *block = Matrix7::zeros());
         }
-        self.sides.iter_mut().for_each(|side| *side = Vector7::zeros());
+        self.rhs.iter_mut().for_each(|rhs| *rhs = Vector7::zeros());
     }
 
-    /// Adds to a node's right side.
-    pub fn add_side(&mut self, node: usize, side: &Vector7) {
+    /// Adds to a node's right-hand side.
+    pub fn add_rhs(&mut self, node: usize, rhs: &Vector7) {
         if self.elimination_index[node] != HELD {
-            self.sides[self.elimination_index[node]] += side;
+            self.rhs[self.elimination_index[node]] += rhs;
         }
     }
 
@@ -112,7 +112,7 @@ impl BlockSystem {
     /// Steps of all nodes (zero for held ones) under a damping relative to the diagonal; `None` where the system is not
     /// positive definite.
     pub fn solve(&self, damping: f64) -> Option<Vec<Vector7>> {
-        let (mut columns, mut x) = (self.columns.clone(), self.sides.clone());
+        let (mut columns, mut x) = (self.columns.clone(), self.rhs.clone());
         for column in &mut columns {
             for k in 0..7 {
                 column.diagonal[(k, k)] *= 1.0 + damping;
@@ -143,12 +143,12 @@ impl BlockSystem {
             columns[k].below = below;
         }
         for k in (0..columns.len()).rev() {
-            let mut side = x[k];
+            let mut rhs = x[k];
             for (row, block) in &columns[k].below {
-                side -= block.tr_mul(&x[*row]);
+                rhs -= block.tr_mul(&x[*row]);
             }
-            columns[k].diagonal.tr_solve_lower_triangular_mut(&mut side);
-            x[k] = side;
+            columns[k].diagonal.tr_solve_lower_triangular_mut(&mut rhs);
+            x[k] = rhs;
         }
         let step = |&at: &usize| if at == HELD { Vector7::zeros() } else { x[at] };
         let steps: Vec<Vector7> = self.elimination_index.iter().map(step).collect();
@@ -196,7 +196,7 @@ mod tests {
         links.extend([(29, 2), (5, 21), (9, 14)]);
         let mut system = BlockSystem::new(&held, &links);
         let n = 7 * nodes;
-        let (mut dense, mut side) = (vec![0.0; n * n], vec![0.0; n]);
+        let (mut dense, mut rhs) = (vec![0.0; n * n], vec![0.0; n]);
         for (seed, &(a, b)) in links.iter().enumerate() {
             let by =
                 |first: usize| Matrix7::from_fn(|i, j| number(seed + 1, first + 7 * i + j)) + Matrix7::identity() * 3.0;
@@ -213,26 +213,26 @@ mod tests {
                     }
                 }
             }
-            let right = Vector7::from_fn(|i, _| number(seed, i));
-            system.add_side(b, &right);
-            (0..7).for_each(|i| side[7 * b + i] += right[i]);
+            let node_rhs = Vector7::from_fn(|i, _| number(seed, i));
+            system.add_rhs(b, &node_rhs);
+            (0..7).for_each(|i| rhs[7 * b + i] += node_rhs[i]);
         }
         for node in (0..nodes).filter(|&node| held[node]) {
             for k in 7 * node..7 * node + 7 {
                 (0..n).for_each(|other| (dense[k * n + other], dense[other * n + k]) = (0.0, 0.0));
-                (dense[k * n + k], side[k]) = (1.0, 0.0);
+                (dense[k * n + k], rhs[k]) = (1.0, 0.0);
             }
         }
         let steps = system.solve(0.0).expect("positive definite");
-        assert!(solve_cholesky(&mut dense, &mut side));
+        assert!(solve_cholesky(&mut dense, &mut rhs));
         for (node, step) in steps.iter().enumerate() {
             for k in 0..7 {
                 // A condition of some 1e4 times 2^-53 times steps below 10.
                 assert!(
-                    (step[k] - side[7 * node + k]).abs() < 1e-10,
+                    (step[k] - rhs[7 * node + k]).abs() < 1e-10,
                     "node {node}: {} for {}",
                     step[k],
-                    side[7 * node + k]
+                    rhs[7 * node + k]
                 );
             }
         }

@@ -41,7 +41,7 @@ const VARIANCE_FLOOR: f64 = 1e-12;
 struct System {
     n: usize,
     matrix: Vec<f64>,
-    side: Vec<f64>,
+    rhs: Vec<f64>,
 }
 
 /// A link's residual and its derivatives by both poses, both velocities and what is shared, each with the column of its unknown; rows
@@ -106,7 +106,7 @@ impl ImuFilter {
         }
         system.hold_shared(now)?;
         let first: Vec<(u32, Pose)> = nodes.iter().filter_map(|n| Some((n.free?, n.body_from_world))).collect();
-        Prior::of_information(first, 6 * poses, (system.matrix, system.side))
+        Prior::of_information(first, 6 * poses, (system.matrix, system.rhs))
     }
 
     /// The body's position and the unit's axes at a keyframe, in metres.
@@ -189,7 +189,7 @@ impl ImuFilter {
 
 impl System {
     fn new(n: usize) -> Self {
-        Self { n, matrix: vec![0.0; n * n], side: vec![0.0; n] }
+        Self { n, matrix: vec![0.0; n * n], rhs: vec![0.0; n] }
     }
 
     /// Adds a link; `None` where its covariance is singular.
@@ -197,7 +197,7 @@ impl System {
         let weight = link.step.covariance.try_inverse()?;
         for (i, by) in &rows.columns {
             let weighted = weight * by;
-            self.side[*i] -= weighted.dot(&rows.residual);
+            self.rhs[*i] -= weighted.dot(&rows.residual);
             for (j, other) in &rows.columns {
                 self.matrix[i * self.n + j] += weighted.dot(other);
             }
@@ -210,7 +210,7 @@ impl System {
         let weight = 1.0 / (variance + VELOCITY_SIGMA * VELOCITY_SIGMA);
         for axis in 0..3 {
             self.matrix[(column + axis) * (self.n + 1)] += weight;
-            self.side[column + axis] += weight * (known - at)[axis];
+            self.rhs[column + axis] += weight * (known - at)[axis];
         }
     }
 

@@ -1,4 +1,4 @@
-//! Pictures of the fixed scene alone, for cameras that stand still while something moves: rendered once and kept.
+//! Pictures of the static scene alone, for cameras that stand still while something moves: rendered once and kept.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -14,9 +14,9 @@ type Kept = ([u8; 32], Arc<Exposure>);
 
 /// Pictures of one scene under steady light.
 #[derive(Debug, Default)]
-pub struct FixedPictures(Mutex<Vec<Kept>>);
+pub struct StaticPictures(Mutex<Vec<Kept>>);
 
-impl FixedPictures {
+impl StaticPictures {
     /// The picture of a still camera in one pose, which `render` makes where it is not known. What it shows depends on nothing else, so
     /// neither the order of calls nor what is forgotten changes a result.
     pub fn of(
