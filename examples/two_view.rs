@@ -14,7 +14,7 @@ use sensel::tracker::initial::{BearingPair, TwoViewModel, TwoViewSettings, two_v
 use sensel::tracker::matching::{Best, Descriptor, MatchRule};
 
 /// Standard deviation of a position per axis, in pixels: the tracker's own figure for a full-size corner.
-const PLACE_SIGMA_PX: f64 = 0.6;
+const POSITION_SIGMA_PX: f64 = 0.6;
 /// Neighbouring frames of a hand-held camera move a point by less.
 const REACH_PX: f64 = 150.0;
 const RULE: MatchRule = MatchRule { distance_max: 64, ratio_max: 0.85 };
@@ -79,7 +79,8 @@ fn main() -> Result<(), Failure> {
     let frames: Vec<Vec<Corner>> =
         names.iter().map(|name| corners(&std::fs::read_to_string(name)?)).collect::<Result<_, _>>()?;
     let poses = parse_tum(&std::fs::read_to_string(trajectory)?)?;
-    let search = TwoViewSettings { sigma_rad: PLACE_SIGMA_PX / lens.focal_px(), samples_max: 500, confidence: 0.999 };
+    let search =
+        TwoViewSettings { sigma_rad: POSITION_SIGMA_PX / lens.focal_px(), samples_max: 500, confidence: 0.999 };
     let (mut errors_deg, mut models, mut none) = (Vec::new(), [0_u32; 3], 0);
     for (n, (pair, truth)) in frames.windows(2).zip(poses.windows(2)).enumerate() {
         let truth = truth[1].world_from_body.inverse().then(&truth[0].world_from_body);

@@ -214,6 +214,12 @@ fn packets_that_a_run_kept_give_its_own_poses_again() {
         );
         let damaged = tracked["link"]["payloads_refused"].as_u64().unwrap();
         assert!(damaged > 0, "{name}: no payload was refused");
+        let without_times = |events: &Value| {
+            let mut events = events.clone();
+            events.as_array_mut().unwrap().iter_mut().for_each(|event| event["t_s"] = Value::Null);
+            events
+        };
+        assert_eq!(without_times(&tracked["events"]), without_times(&report["tracking"]["events"]), "{name}");
 
         // From pictures the rows have no times, so the rolling path is another one.
         let seen = folder.join("seen.tum");
@@ -227,6 +233,42 @@ fn packets_that_a_run_kept_give_its_own_poses_again() {
             assert!(pairs.map(apart).fold(0.0, f64::max) > 1e-5, "rows' times do nothing");
         }
     }
+}
+
+/// The second frame has no partner, and the last two are dark: events count the frames of the first camera.
+#[test]
+fn a_track_names_the_frame_and_the_reason_of_a_loss() {
+    let folder = Scratch::new("dark");
+    let out = folder.join("out");
+    run_box(&out, 5, &["--set", "scene.bake=direct"]);
+    for camera in ["cam0", "cam1"] {
+        let camera = folder.path().join("out/mav0").join(camera);
+        let table = std::fs::read_to_string(camera.join("data.csv")).unwrap();
+        let rows: Vec<&str> = table.lines().filter(|line| !line.starts_with('#')).collect();
+        assert_eq!(rows.len(), 5);
+        for row in &rows[3..] {
+            let path = camera.join("data").join(row.split_once(',').unwrap().1);
+            let (width, height) = image::image_dimensions(&path).unwrap();
+            image::GrayImage::new(width, height).save(&path).unwrap();
+        }
+        if camera.ends_with("cam1") {
+            let left: Vec<&str> = table.lines().filter(|line| *line != rows[1]).collect();
+            std::fs::write(camera.join("data.csv"), left.join("\n") + "\n").unwrap();
+        }
+    }
+    let reason = "no credible pose, neither near the prediction nor by descriptors";
+    let [json, text] = ["json.tum", "text.tum"].map(|name| folder.join(name));
+    let tracked = sensel(&["track", &out, "--from", "pictures", "--out", &json, "--json"]).json();
+    let events = tracked["events"].as_array().unwrap();
+    let found: Vec<_> = events.iter().map(|event| [&event["frame"], &event["event"], &event["reason"]]).collect();
+    let expected = [(0, "initialised", Value::Null), (3, "lost", reason.into())];
+    assert_eq!(found.len(), 2, "{tracked}");
+    for (found, (frame, event, reason)) in found.iter().zip(&expected) {
+        assert_eq!(found, &[&Value::from(*frame), &Value::from(*event), reason]);
+    }
+    assert_eq!((&tracked["frames"], &tracked["tracked"]), (&4.into(), &2.into()));
+    let text = sensel(&["track", &out, "--from", "pictures", "--out", &text]).stdout;
+    assert!(text.contains(&format!(", frame 3: lost ({reason})\n")), "{text}");
 }
 
 #[test]

@@ -170,9 +170,9 @@ pub fn fit(base: &Technology, observations: &Observations<'_>) -> Vec<f64> {
     let mut damping = 1e-2;
     for _ in 0..40 {
         let slopes: Vec<Vec<f64>> = (0..GROUPS.len())
-            .map(|at| {
+            .map(|parameter| {
                 let mut moved = parameters.clone();
-                moved[at] += STEP;
+                moved[parameter] += STEP;
                 logs(&moved).iter().zip(&residuals).map(|(after, before)| (after - before) / STEP).collect()
             })
             .collect();
@@ -192,10 +192,10 @@ pub fn fit(base: &Technology, observations: &Observations<'_>) -> Vec<f64> {
             let mut matrix: Vec<Vec<f64>> =
                 slopes.iter().map(|row| slopes.iter().map(|column| product(row, column)).collect()).collect();
             let mut right: Vec<f64> = slopes.iter().map(|row| -product(row, &residuals)).collect();
-            for (at, group) in GROUPS.iter().enumerate() {
+            for (parameter, group) in GROUPS.iter().enumerate() {
                 let stiffness = 1.0 / (group.prior_sigma * group.prior_sigma);
-                matrix[at][at] = (matrix[at][at] + stiffness) * (1.0 + damping);
-                right[at] -= parameters[at] * stiffness;
+                matrix[parameter][parameter] = (matrix[parameter][parameter] + stiffness) * (1.0 + damping);
+                right[parameter] -= parameters[parameter] * stiffness;
             }
             let step = solved(matrix, right);
             let tried: Vec<f64> = parameters.iter().zip(&step).map(|(at, step)| at + step).collect();

@@ -131,9 +131,9 @@ pub fn draw(points: &[(&str, Score, Cost)], orb: Option<Score>, file: &Path) {
         line(format!("<text x=\"76\" y=\"{:.1}\" fill=\"#c33\">OpenCV ORB, one level</text>", at - 5.0));
     }
     let mut number = String::new();
-    for (at, (name, score, cost)) in points.iter().enumerate() {
+    for (rank, (name, score, cost)) in points.iter().enumerate() {
         number.clear();
-        write!(number, "{}", at + 1).expect("writing to a string cannot fail");
+        write!(number, "{}", rank + 1).expect("writing to a string cannot fail");
         let (px, py) = (x(cost.energy_nj), y(score.matching));
         let radius = 4.0 + f64_from_u64(cost.memory_bits) / 60_000.0;
         line(format!(
@@ -143,7 +143,7 @@ pub fn draw(points: &[(&str, Score, Cost)], orb: Option<Score>, file: &Path) {
             "<text x=\"{px:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-size=\"10\">{number}</text>",
             py + 3.5
         ));
-        let row = 44.0 + 22.0 * f64_from_usize(index(u32::try_from(at).expect("a few settings")));
+        let row = 44.0 + 22.0 * f64_from_usize(index(u32::try_from(rank).expect("a few settings")));
         line(format!("<text x=\"{:.0}\" y=\"{row:.0}\">{number} {name}</text>", width - 245.0));
     }
     svg.push_str("</svg>\n");

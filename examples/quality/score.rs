@@ -9,7 +9,7 @@ use super::views::View;
 /// Distance within which a feature is the same one.
 const NEAR_PX: f64 = 3.0;
 
-/// Places with descriptors of 256 bits.
+/// Positions with descriptors of 256 bits.
 pub type Features = Vec<([f64; 2], [u64; 4])>;
 
 /// Of one view.
@@ -38,7 +38,7 @@ impl Score {
     }
 }
 
-/// Places from the middle of a picture.
+/// Positions from the middle of a picture.
 fn from_middle([x, y]: [f64; 2], size: Size) -> [f64; 2] {
     [x - 0.5 * (f64::from(size.width_px) - 1.0), y - 0.5 * (f64::from(size.height_px) - 1.0)]
 }

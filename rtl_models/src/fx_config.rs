@@ -44,11 +44,11 @@ impl FxBackConfig {
         rule((8..=16).contains(&self.pix_bits), "pixels have 8 to 16 bits")?;
         rule((1..=4).contains(&self.octaves), "there are 1 to 4 octaves")?;
         rule((4..=6).contains(&self.cell_log2), "cells have 16, 32 or 64 pixels a side")?;
-        rule((1..=4).contains(&self.per_cell), "a cell's list has 1 to 4 places")?;
+        rule((1..=4).contains(&self.per_cell), "a cell's list has 1 to 4 entries")?;
         rule((6..=7).contains(&self.ring_log2), "the ring has 64 or 128 rows")?;
         rule(self.cell_log2 < self.ring_log2, "cells of 64 pixels need a ring of 128 rows")?;
         rule((1..=4).contains(&self.engines), "there are 1 to 4 engines")?;
-        rule((1..=64).contains(&self.fifo_depth), "the queue has 1 to 64 places")?;
+        rule((1..=64).contains(&self.fifo_depth), "the queue has 1 to 64 entries")?;
         rule((64..=256).contains(&self.desc_bits), "a descriptor has 64 to 256 bits")?;
         rule(self.desc_bits.is_multiple_of(8), "a descriptor has whole bytes")?;
         rule((7..=self.max_width).contains(&self.width), "pictures have 7 to max_width columns")?;

@@ -38,18 +38,18 @@ pub struct QueuedCorner {
     pub row_number: u16,
 }
 
-/// The queue; its slots are borrowed.
+/// The queue; its entries are borrowed.
 #[derive(Debug)]
 pub struct FxFifo<'a> {
-    slots: &'a mut [QueuedCorner],
+    entries: &'a mut [QueuedCorner],
     used: usize,
 }
 
 impl<'a> FxFifo<'a> {
     /// An empty queue.
-    pub fn new(slots: &'a mut [QueuedCorner]) -> Self {
-        assert!((1..=64).contains(&slots.len()), "a queue has 1 to 64 slots");
-        Self { slots, used: 0 }
+    pub fn new(entries: &'a mut [QueuedCorner]) -> Self {
+        assert!((1..=64).contains(&entries.len()), "a queue has 1 to 64 entries");
+        Self { entries, used: 0 }
     }
 
     /// Back to empty.
@@ -59,7 +59,7 @@ impl<'a> FxFifo<'a> {
 
     /// The oldest.
     pub fn head(&self) -> Option<&QueuedCorner> {
-        self.slots[..self.used].first()
+        self.entries[..self.used].first()
     }
 
     /// Candidates that wait.
@@ -68,7 +68,7 @@ impl<'a> FxFifo<'a> {
     }
 
     fn full(&self, pop: bool) -> bool {
-        self.used == self.slots.len() && !pop
+        self.used == self.entries.len() && !pop
     }
 
     /// Whether a push is taken (or given up) in a clock with or without a pop.
@@ -84,19 +84,19 @@ impl<'a> FxFifo<'a> {
     /// One rising edge; the pop comes before the push.
     pub fn tick(&mut self, policy: Policy, push: Option<QueuedCorner>, pop: bool) {
         if pop && self.used > 0 {
-            self.slots.copy_within(1..self.used, 0);
+            self.entries.copy_within(1..self.used, 0);
             self.used -= 1;
         }
         let Some(newcomer) = push else { return };
-        if self.used < self.slots.len() {
-            self.slots[self.used] = newcomer;
+        if self.used < self.entries.len() {
+            self.entries[self.used] = newcomer;
             self.used += 1;
         } else if policy == Policy::DropWeakest {
-            let lowest = self.slots.iter().map(|held| held.corner.rank).min().expect("there is a slot");
-            let weakest = self.slots.iter().rposition(|held| held.corner.rank == lowest).expect("it was found");
+            let lowest = self.entries.iter().map(|held| held.corner.rank).min().expect("there is an entry");
+            let weakest = self.entries.iter().rposition(|held| held.corner.rank == lowest).expect("it was found");
             if newcomer.corner.rank > lowest {
-                self.slots.copy_within(weakest + 1.., weakest);
-                self.slots[self.used - 1] = newcomer;
+                self.entries.copy_within(weakest + 1.., weakest);
+                self.entries[self.used - 1] = newcomer;
             }
         }
     }

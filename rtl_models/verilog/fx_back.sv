@@ -66,8 +66,8 @@ module fx_back #(
 );
   localparam RANK = HARRIS != 0 ? 16 : PIX_BITS;
   localparam RESP = SUBPIXEL != 0 ? 8 * PIX_BITS : 0;
-  localparam BODY = RESP + (HARRIS != 0 ? PIX_BITS : 0) + RANK + 2 * CELL_LOG2;  // resp but its middle, score if not the rank, place, rank
-  localparam WORD = BODY - 2 * CELL_LOG2 + 12 * 3 + 3;                          // x, y, row number, octave, frame in place of the place in the cell
+  localparam BODY = RESP + (HARRIS != 0 ? PIX_BITS : 0) + RANK + 2 * CELL_LOG2;  // resp but its middle, score if not the rank, position, rank
+  localparam WORD = BODY - 2 * CELL_LOG2 + 12 * 3 + 3;                          // x, y, row number, octave, frame in place of the position in the cell
   localparam [11:0] AGE_MAX = (1 << RING_LOG2) - 14;
   localparam [1:0] LAST_ENGINE = 2'(ENGINES - 1);
 

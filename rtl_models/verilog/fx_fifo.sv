@@ -19,7 +19,7 @@ module fx_fifo #(
     output logic [WIDTH-1:0] head
 );
   logic [DEPTH*WIDTH-1:0] words;
-  logic [DEPTH-1:0] held;  // places below the count
+  logic [DEPTH-1:0] held;  // entries below the count
   logic [DEPTH:0] used;    // the same, and 0 above
   logic full, weaker;
   assign used    = {1'b0, held};

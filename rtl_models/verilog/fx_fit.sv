@@ -1,4 +1,4 @@
-// Sub-pixel place of a corner: 2.5 times the centroid of the nine arc differences under the weights (1 2 1) both ways, in sixteenths of a pixel.
+// Sub-pixel position of a corner: 2.5 times the centroid of the nine arc differences under the weights (1 2 1) both ways, in sixteenths of a pixel.
 //
 // go: the nine values (row j, column i at bits (3j + i) PIX_BITS) enter, the middle one not 0. 13 clocks later dx and dy stand, -16 .. 15, rounded half up
 // and clipped, and hold until the next go. No multiplier: one five-bit restoring divider serves both.

@@ -1,4 +1,4 @@
-// Harris rank of a corner, from the upper 8 bits of the pixels: 3x3 Sobel gradients at the 5x5 inner places of the window, r = det - trace^2 / 16.
+// Harris rank of a corner, from the upper 8 bits of the pixels: 3x3 Sobel gradients at the 5x5 inner pixels of the window, r = det - trace^2 / 16.
 //
 // Column sums of the gradients' products are made once and added over five columns. The rank is r as a short float, 6 bits of exponent and 10 of
 // mantissa, 0 for r <= 0. Seven enabled clocks after the window, it is written into a line buffer, from which the row after reads it.
@@ -15,7 +15,7 @@ module fx_harris #(
     input  logic [ADDRESS-1:0] read_address,
     output logic [       15:0] rank
 );
-  // Gradients at the five inner places of the newest column but one. 4 * 255 = 1020 at most.
+  // Gradients at the five inner pixels of the newest column but one. 4 * 255 = 1020 at most.
   logic [54:0] across, along;
   genvar g;
   generate

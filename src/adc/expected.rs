@@ -1,9 +1,10 @@
 //! Moments of a conversion. Computes the mean and variance of the code of a level with normal noise, including quantisation and clipping.
 //!
-//! A count is the number of the ramp's steps j at or below the level, so its mean is the sum over j of P(level >= j), its mean square
-//! the sum of (2 j - 1) P_j. Steps further than `REACH` sigmas below count fully, those above not at all. Where sigma is above
-//! `SMOOTH_LSB` and both ends are further than that, the sums are level / LSB - 1/2 and sigma^2 / LSB^2 + 1/12: what quantisation adds to
-//! them has the Fourier coefficients exp(-2 pi^2 sigma^2 / LSB^2) (Widrow and Kollar, "Quantization Noise", 2008), below 1e-19 there.
+//! A count is the number of ramp levels j at or below the column's, so its mean is the sum over j of P_j, the probability that the
+//! column is at or above ramp level j, and its mean square the sum of (2 j - 1) P_j. Ramp levels further than `REACH` sigmas below count
+//! fully, those above not at all. Where sigma is above `SMOOTH_LSB` and both ends are further than that, the sums are level / LSB - 1/2
+//! and sigma^2 / LSB^2 + 1/12, with the column's level above the ramp's bottom: what quantisation adds to them has the Fourier
+//! coefficients exp(-2 pi^2 sigma^2 / LSB^2) (Widrow and Kollar, "Quantization Noise", 2008), below 1e-19 there.
 //! The difference of two counts is summed over both counts where it can meet an end; where that takes more than `PAIRS_MAX` pairs (sigmas
 //! of some 18 LSB) it is clipped as a normal instead. This holds only for ramps of equal steps with equal comparators.
 
@@ -77,7 +78,7 @@ impl Converter {
     fn in_steps(&self, level: NoisyLevel) -> (f64, f64) {
         let lsb_uv = self.params.lsb_uv();
         let pedestal_uv = f64_from_i64(self.level_nv(0.0)) / 1000.0;
-        // Levels are whole nanovolts: a column's is at or above one of the ramp from half a nanovolt below it on.
+        // Levels are rounded to whole nanovolts: a column reaches a ramp level from half a nanovolt below it on.
         ((level.mean_uv + pedestal_uv + 0.0005) / lsb_uv, level.variance_uv2.sqrt() / lsb_uv)
     }
 }

@@ -57,7 +57,7 @@ impl RampLevels {
             None => {
                 // Ramp level k is at or below s when 2 k span < (2 s + 1) 2^b; the level lies below 2^16 spans, so nothing overflows.
                 let count = (((2 * level_nv + 1) << (self.bits - 1)) - 1) / self.span_nv;
-                u32::try_from(count).expect("fewer than `most` edges")
+                u32::try_from(count).expect("fewer than `most` levels")
             }
             Some(table_nv) => u32_from(table_nv[1..=index(most)].partition_point(|&ramp_nv| ramp_nv <= level_nv)),
         }

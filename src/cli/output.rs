@@ -1,5 +1,5 @@
 //! The folder of a run: report, EuRoC folder, trajectories, features, effective configuration, kept stages. It is built beside
-//! its path and renamed; a run that fails leaves nothing.
+//! its target and renamed; a run that fails leaves nothing.
 
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
@@ -129,7 +129,7 @@ impl Output {
         }
     }
 
-    /// Writes what is known only at the end, and moves the folder to its path.
+    /// Writes what is known only at the end, and moves the folder to its target.
     pub fn finish(mut self, session: &Session, report: &Report) -> Result<(), Error> {
         self.write_motion(session)?;
         for file in self.packets.iter_mut().chain(&mut self.packet_times) {

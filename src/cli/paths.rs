@@ -156,7 +156,7 @@ pub fn assignments(shared: &CommonOptions, more: &[String]) -> Vec<String> {
     more.iter().cloned().chain(seed).chain(threads).chain(shared.set.iter().cloned()).collect()
 }
 
-/// Moves a finished result to its path, and says where files of others stand that were in the way.
+/// Moves a finished result to its target, and says where files of others stand that were in the way.
 pub fn put(folder: OutputFolder) -> Result<(), Error> {
     for kept in folder.commit()?.kept {
         words::note(&format!("{} holds files that this program did not write; they were kept", kept.display()));

@@ -16,7 +16,7 @@ use sensel::files::euroc::{ImuFolder, ImuReading};
 use sensel::files::map::ply;
 use sensel::files::open::is_there;
 use sensel::link::LinkCounts;
-use sensel::num::{f64_from_i64, f64_from_u64, index};
+use sensel::num::{f64_from_i64, f64_from_u64};
 use sensel::pose::{TimedPose, format_tum};
 use sensel::report::record::TrackingEvent;
 use sensel::run::SensorSetup;
@@ -35,7 +35,7 @@ use recording::AnyRecording;
 #[derive(Default)]
 struct Course {
     poses: Vec<TimedPose>,
-    frames: u32,
+    frames: usize,
     /// Of all cameras and frames.
     features: usize,
     /// Single-picture position sigmas of the frames given the map, in the map's unit.
@@ -57,24 +57,24 @@ impl Course {
         bar: &progress::StepsBar,
     ) -> Result<(), Error> {
         for brought in frames {
-            let Brought { timestamp_ns, features, clocks } = brought?;
+            let Brought { number, timestamp_ns, features, clocks } = brought?;
             let origin_ns = *origin_ns.get_or_insert(timestamp_ns);
             self.features += features.iter().map(Vec::len).sum::<usize>();
             let t_s = f64_from_u64(timestamp_ns - origin_ns) * 1e-9;
             tracker.add_imu_readings(&readings_until(&mut readings, (origin_ns, timestamp_ns)));
             let tracked = tracker.track(&FrameInput { t_s, features, clocks });
-            self.add(f64_from_u64(timestamp_ns) * 1e-9, &tracked);
+            self.add(number, f64_from_u64(timestamp_ns) * 1e-9, &tracked);
             bar.inc();
         }
         Ok(())
     }
 
-    fn add(&mut self, t_s: f64, tracked: &TrackedFrame) {
+    fn add(&mut self, number: u32, t_s: f64, tracked: &TrackedFrame) {
+        self.frames += 1;
         self.poses.extend(tracked.world_from_body.map(|world_from_body| TimedPose { t_s, world_from_body }));
         self.sigmas.extend(tracked.single_picture_sigma_m);
-        self.events.extend(tracked.events(self.last).map(|event| TrackingEvent::of(self.frames, t_s, event)));
+        self.events.extend(tracked.events(self.last).map(|event| TrackingEvent::of(number, t_s, event)));
         self.last = Some(tracked.status);
-        self.frames += 1;
     }
 }
 
@@ -233,7 +233,7 @@ fn warnings(course: &Course, cameras: usize) -> Vec<String> {
     if course.frames == 0 {
         return vec!["the folder has no frame; name one with pictures or packets".to_owned()];
     }
-    let found = course.features / (index(course.frames) * cameras).max(1);
+    let found = course.features / (course.frames * cameras).max(1);
     let remedy = if found < 20 {
         "lower compute.threshold (with --from pictures) or bring brighter pictures".to_owned()
     } else if cameras == 1 {
@@ -255,7 +255,7 @@ fn say(
     let truth = recording.ground_truth.as_ref().map(|truth| recording.reported(truth));
     let of_rig = (recording.cameras.len(), seed);
     let figures = TrackFigures::of(truth.as_deref(), course.poses.clone(), &course.sigmas, of_rig);
-    let (tracked, frames) = (course.poses.len(), index(course.frames));
+    let (tracked, frames) = (course.poses.len(), course.frames);
     let warnings = warnings(course, recording.cameras.len());
     words::warn(&warnings);
     if shared.json {

@@ -40,7 +40,7 @@ named! {
     pub enum LossReason {
         /// Neither the search around the prediction nor the one by descriptors found a pose that enough landmarks support and, near a
         /// prediction, that lies within five sigma of it.
-        Unsupported = "no credible pose, neither near the prediction nor by descriptors",
+        NoPose = "no credible pose, neither near the prediction nor by descriptors",
         /// A pose was found, and its position is too uncertain: by descriptors alone, or for several frames in a row.
         Uncertain = "the position is too uncertain",
     }

@@ -55,7 +55,7 @@ impl Tracker {
             let is_supported = crate::num::u32_from(located.inliers.len()) >= supported;
             *is_sound || (*status == Status::Tracked && (self.weak_frames < WEAK_FRAMES_LOST || is_supported))
         }) else {
-            let loss = Some(if has_pose { LossReason::Uncertain } else { LossReason::Unsupported });
+            let loss = Some(if has_pose { LossReason::Uncertain } else { LossReason::NoPose });
             let answer = TrackedFrame { loss, predicted_position_m, ..unlocated(t_s, Status::Lost, work) };
             return (self.lose(history), answer);
         };

@@ -329,6 +329,7 @@ fn mitsuba_sees_the_shadows_of_wide_lamps_where_they_are_here() {
 #[test]
 fn mitsuba_sees_the_floor_beside_open_two_sided_boxes_as_bright_as_it_is_here() {
     if !crate::common::takes_all_cases() {
+        println!("not run: SENSEL_ALL_CASES is not set");
         return;
     }
     let pose = looking(DVec3::new(-0.5, 0.9, 1.5), 0.4, 0.35);

@@ -235,6 +235,7 @@ fn photographs_give_the_same_in_all_forms() {
 #[test]
 fn the_widest_core_equals_its_twin_on_every_clock() {
     if !crate::common::takes_all_cases() {
+        println!("not run: SENSEL_ALL_CASES is not set");
         return;
     }
     const SEED: u64 = 56;

@@ -101,7 +101,7 @@ fn two_sweeps_in_one_folder_at_once_are_refused() {
 
 #[test]
 fn a_folder_of_others_and_a_path_that_cannot_be_written_are_refused() {
-    let test = SweepTest::new("places", SMALL);
+    let test = SweepTest::new("paths", SMALL);
     let theirs = test.scratch.path().join("theirs");
     std::fs::create_dir(&theirs).unwrap();
     std::fs::write(theirs.join("diary.txt"), "x").unwrap();

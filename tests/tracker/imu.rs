@@ -165,7 +165,7 @@ fn in_the_dark_no_pose_is_given_and_afterwards_the_position_is_known() {
         assert_eq!(answer.world_from_body.is_none(), is_dark, "frame {number}");
         assert_eq!(answer.status == Status::Lost, is_dark, "frame {number}");
         assert!(answer.status != Status::Relocalised, "frame {number}");
-        assert_eq!(answer.loss, is_dark.then_some(LossReason::Unsupported), "frame {number}");
+        assert_eq!(answer.loss, is_dark.then_some(LossReason::NoPose), "frame {number}");
     }
     let score = score(&answers);
     assert!(score.ate_m < 0.015, "{score:?}");

@@ -5,6 +5,8 @@ use sensel::tracker::RowClock;
 
 /// One frame of the rig, as a recording brings it.
 pub struct Brought {
+    /// From 0: the run's for packets, the first camera's file for pictures.
+    pub(super) number: u32,
     pub(super) timestamp_ns: u64,
     /// One list a camera.
     pub(super) features: Vec<Vec<Feature>>,

@@ -68,7 +68,8 @@ impl<'a> Packets<'a> {
         }
         let frame = self.host.receive(self.sensor, &mut self.extractors, (number, received))?;
         let timestamp_ns = u64_half_even(frame.input.t_s * 1e9);
-        Ok(Some(Brought { timestamp_ns, features: frame.input.features, clocks: frame.input.clocks }))
+        let number = u32::try_from(number).unwrap_or(u32::MAX);
+        Ok(Some(Brought { number, timestamp_ns, features: frame.input.features, clocks: frame.input.clocks }))
     }
 }
 

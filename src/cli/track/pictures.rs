@@ -10,6 +10,7 @@ use sensel::events::Events;
 use sensel::files::content_error;
 use sensel::files::euroc::FrameEntry;
 use sensel::files::grey::{self, Grey};
+use sensel::num::u32_from;
 use sensel::plane::Plane;
 use sensel::tracker::CameraCalibration;
 
@@ -50,7 +51,8 @@ impl<'a> PictureStream<'a> {
             features.push(extractor.frame(&codes, bits, (1, 1), io, &mut Events::default())?.features);
         }
         // Recordings do not say when their rows were exposed.
-        Ok(Brought { timestamp_ns: self.frames[0][indices[0]].timestamp_ns, features, clocks: Vec::new() })
+        let timestamp_ns = self.frames[0][indices[0]].timestamp_ns;
+        Ok(Brought { number: u32_from(indices[0]), timestamp_ns, features, clocks: Vec::new() })
     }
 
     fn load(&self, camera: usize, frame: usize) -> Result<(Plane<u16>, u32), Error> {

@@ -29,7 +29,7 @@ pub(super) struct RowBuffers {
     /// Codes of each reading at the array's columns.
     codes: Vec<Vec<u16>>,
     keys: KeptKeys,
-    /// Pixels over which each effect ran, a counter an effect of a reading.
+    /// Pixels over which each effect ran: one counter for each effect of each reading.
     pub hits: Vec<u64>,
 }
 

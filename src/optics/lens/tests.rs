@@ -45,7 +45,7 @@ fn every_position_in_a_picture_returns_to_itself() {
                 tried += 1;
             }
         }
-        assert!(tried > 6_000, "{name}: only {tried} places");
+        assert!(tried > 6_000, "{name}: only {tried} positions");
     }
 }
 

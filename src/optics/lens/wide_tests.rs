@@ -113,7 +113,7 @@ fn a_round_trip_of_a_picture_keeps_its_positions_to_a_billionth_of_a_pixel() {
             }
         }
     }
-    assert!(tried > 20_000 && dark > 100, "{tried} places, {dark} outside");
+    assert!(tried > 20_000 && dark > 100, "{tried} positions, {dark} outside");
 }
 
 #[test]

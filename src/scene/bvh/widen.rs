@@ -55,7 +55,7 @@ impl<'a> Choices<'a> {
         let mut found = Vec::with_capacity(CHILDREN);
         let mut open = vec![(node, self.choices[node].first_has_within, CHILDREN)];
         while let Some((node, first_has, slots)) = open.pop() {
-            let below = self.tree.pair(node).expect("only inner nodes share out places");
+            let below = self.tree.pair(node).expect("only inner nodes share out slots");
             for (child, mut slots) in below.into_iter().zip([usize::from(first_has), slots - usize::from(first_has)]) {
                 let first_has = &self.choices[child].first_has;
                 while slots > 1 && first_has[slots - 1] == 0 {
