@@ -120,7 +120,7 @@ fn the_verilog_has_its_row_and_checks_the_rung_below() {
     assert_eq!(session.rows_checked(), 2 * 12);
 }
 
-/// Photons of a picture of the run, rendered eight times with draws of their own.
+/// Photons of a picture of the run, rendered eight times with different draws.
 fn eight_renders(setup: &Setup, id: PictureId) -> Vec<Vec<f32>> {
     let mut again = setup.again(setup.resolved.clone()).unwrap();
     (100..108)

@@ -58,7 +58,7 @@ impl SweepTest {
         with_store(own.into_iter().chain(more.iter().map(|word| (*word).to_owned())).collect())
     }
 
-    /// Runs a part with a cache of its own.
+    /// Runs a part with a separate cache.
     pub fn sweep(&self, part: &str, out: &str, more: &[&str]) -> Outcome {
         sensel_in_cache(&self.arguments(part, out, more), &self.scratch.join("cache"))
     }

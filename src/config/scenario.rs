@@ -156,7 +156,7 @@ sections! {
     Tracker {
         /// Keyframes refined together, 2 to 50.
         window: u32,
-        /// Whether each keypoint counts at its row's own time: true or "auto" wherever the packets give rows times of their own, or false:
+        /// Whether each keypoint counts at its row's own time: true or "auto" wherever the packets give times of rows, or false:
         /// a frame's rows count as simultaneous, as others take them.
         rolling_shutter: Switch,
         /// Whether loop closures bend the map: true or "auto", or false.

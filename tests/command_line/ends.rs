@@ -177,8 +177,8 @@ fn the_ends_of_every_range_that_a_refusal_states_run() {
     let mut keys = numeric_keys();
     keys.retain(|key, _| !ELSEWHERE.iter().any(|prefix| key.starts_with(prefix)));
     assert!(keys.len() > 120, "{}", keys.len());
-    // A fifth of the keys each day, all of them each week.
-    for (key, is_whole) in keys.iter().step_by(cases(1, 5)) {
+    // A third of the keys each day, all of them each week.
+    for (key, is_whole) in keys.iter().step_by(cases(1, 3)) {
         for far in if *is_whole { ["-1", "9223372036854775807"] } else { ["-1e308", "1e308"] } {
             match follow(key, far, &[]) {
                 End::Ran => ran += 1,
@@ -208,7 +208,7 @@ fn two_values_at_the_ends_of_their_ranges_run_or_are_refused_with_what_runs() {
         (false, _) => "1e308",
     };
     let mut ran = 0;
-    let cases = cases(150_u64, 30);
+    let cases = cases(150_u64, 50);
     for case in 0..cases {
         let draw = |of: u64| mix(SEED ^ mix(case << 8 | of));
         let at = |of: u64| &keys[usize::try_from(draw(of) % u64::try_from(keys.len()).unwrap()).unwrap()];

@@ -325,13 +325,9 @@ fn mitsuba_sees_the_shadows_of_wide_lamps_where_they_are_here() {
     assert!(figure("default", "share_beyond_20_per_cent") > 0.006, "the bake alone is as good: {found}");
 }
 
-/// Boxes without a bottom, whose dark inside must not show on the floor around them. Each week.
+/// Boxes without a bottom, whose dark inside must not show on the floor around them.
 #[test]
 fn mitsuba_sees_the_floor_beside_open_two_sided_boxes_as_bright_as_it_is_here() {
-    if !crate::common::takes_all_cases() {
-        println!("not run: SENSEL_ALL_CASES is not set");
-        return;
-    }
     let pose = looking(DVec3::new(-0.5, 0.9, 1.5), 0.4, 0.35);
     let found = judged_shadows("open", table_room(true), pose, &serde_json::json!([]));
     let figure = |name: &str, figure: &str| found[name][figure].as_f64().unwrap();

@@ -231,13 +231,9 @@ fn photographs_give_the_same_in_all_forms() {
     judge.finish_after(SEED, 300_000);
 }
 
-/// The most hardware there is: 16 bits, Harris, four octaves, four corners a cell, four engines, a queue of 64. Each week.
+/// The most hardware there is: 16 bits, Harris, four octaves, four corners a cell, four engines, a queue of 64.
 #[test]
 fn the_widest_core_equals_its_twin_on_every_clock() {
-    if !crate::common::takes_all_cases() {
-        println!("not run: SENSEL_ALL_CASES is not set");
-        return;
-    }
     const SEED: u64 = 56;
     let mut random = Random::new(SEED);
     let built = widest();
