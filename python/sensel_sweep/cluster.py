@@ -105,8 +105,11 @@ class Engine:
             return written.returncode
         script = file.with_suffix(".sh")
         script.write_bytes(written.stdout)
+        # What the tasks print lies beside the script, not in the folder of the search's user.
+        printed = str(file.with_suffix("")).replace("%", "%%") + "-%a.out"
+        submission = ["sbatch", "--wait", "--quiet", f"--output={printed}", str(script)]
         try:
-            return subprocess.run(["sbatch", "--wait", "--quiet", str(script)], stdin=subprocess.DEVNULL, check=False).returncode
+            return subprocess.run(submission, stdin=subprocess.DEVNULL, check=False).returncode
         except FileNotFoundError:
             print("sensel-sweep: --engine slurm: there is no sbatch here; run this on a login node of the cluster", file=sys.stderr)
             return 2

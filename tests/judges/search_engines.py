@@ -1,5 +1,5 @@
 """Searches three times from one seed: with the program's own threads, on a local Dask cluster of which a worker is killed in mid-search,
-and with array scripts for Slurm, whose tasks a stand-in for sbatch runs one after the other."""
+and with array scripts on Slurm's daemons, or where these do not start, with a stand-in for sbatch that runs the tasks one after the other."""
 
 import filecmp
 import glob
@@ -12,6 +12,7 @@ from pathlib import Path
 
 from dask_sweep import kill_one
 from distributed import Client, LocalCluster
+from slurm_loopback import NoDaemon, cluster
 
 # Takes the place of `sbatch --wait`: runs the array's tasks in bash.
 SBATCH = """#!/bin/bash
@@ -38,13 +39,17 @@ def on_dask(words, out):
 
 
 def on_slurm(words, out):
-    """Exit code."""
-    with tempfile.TemporaryDirectory() as folder:
-        sbatch = Path(folder) / "sbatch"
-        sbatch.write_text(SBATCH, encoding="utf-8")
-        sbatch.chmod(0o755)
-        more = ["--engine", "slurm", "--jobs", "2", "--out", out]
-        return run([*words, *more], env={**os.environ, "PATH": f"{folder}:{os.environ['PATH']}"})
+    """Exit code, and why Slurm's daemons did not run it, if they did not."""
+    more = ["--engine", "slurm", "--jobs", "2", "--out", out]
+    try:
+        with cluster() as (_, environment):
+            return run([*words, *more], env=environment), None
+    except NoDaemon as reason:
+        with tempfile.TemporaryDirectory() as folder:
+            sbatch = Path(folder) / "sbatch"
+            sbatch.write_text(SBATCH, encoding="utf-8")
+            sbatch.chmod(0o755)
+            return run([*words, *more], env={**os.environ, "PATH": f"{folder}:{os.environ['PATH']}"}), str(reason)
 
 
 def main():
@@ -52,13 +57,15 @@ def main():
     words = [*SEARCH, file, "--program", program, *rest]
     alone = run([*words, "--out", threads])
     code, killed, finished = on_dask(words, dask)
-    codes = [alone, code, on_slurm(words, slurm)]
+    on_queue, no_daemon = on_slurm(words, slurm)
+    codes = [alone, code, on_queue]
     names = sorted(Path(path).name for path in glob.glob(f"{threads}/rounds/*"))
     unequal = []
     for other in (dask, slurm):
         _, differ, missing = filecmp.cmpfiles(f"{threads}/rounds", f"{other}/rounds", names, shallow=False)
         unequal += [f"{other}: {name}" for name in differ + missing]
-    print(json.dumps({"exit": codes, "killed": killed, "finished_at_kill": finished, "files": len(names), "unequal": unequal}))
+    found = {"exit": codes, "killed": killed, "finished_at_kill": finished, "files": len(names), "unequal": unequal}
+    print(json.dumps({**found, "not_started": no_daemon}))
 
 
 if __name__ == "__main__":

@@ -1,106 +1,21 @@
-"""Starts Slurm with one node on this machine's loopback, submits an array script, waits for its tasks, and ends everything it started."""
+"""Submits an array script to Slurm on this machine's loopback and waits for its tasks."""
 
 import json
-import os
-import secrets
-import socket
 import subprocess
 import sys
-import tempfile
-import time
-from pathlib import Path
 
-CONFIGURATION = """
-ClusterName=loopback
-SlurmctldHost={host}(127.0.0.1)
-AuthType=auth/munge
-AuthInfo=socket={folder}/munge.socket
-MpiDefault=none
-ProctrackType=proctrack/linuxproc
-TaskPlugin=task/none
-JobAcctGatherType=jobacct_gather/none
-SlurmUser=root
-SlurmctldPort={ports[0]}
-SlurmdPort={ports[1]}
-SlurmctldPidFile={folder}/slurmctld.pid
-SlurmdPidFile={folder}/slurmd.pid
-StateSaveLocation={folder}/state
-SlurmdSpoolDir={folder}/spool
-SelectType=select/cons_tres
-SelectTypeParameters=CR_CPU
-NodeName={host} NodeAddr=127.0.0.1 CPUs=2 State=UNKNOWN
-PartitionName=all Nodes=ALL Default=YES State=UP
-"""
-
-
-def free_ports(count):
-    """Ports of the loopback that nothing listens on."""
-    sockets = [socket.socket() for _ in range(count)]
-    for one in sockets:
-        one.bind(("127.0.0.1", 0))
-    ports = [one.getsockname()[1] for one in sockets]
-    for one in sockets:
-        one.close()
-    return ports
+from slurm_loopback import NoDaemon, cluster
 
 
 def main():
-    # A short path: a socket's name has a hundred characters at most.
-    with tempfile.TemporaryDirectory(prefix="sensel-slurm-") as folder:
-        try:
-            run(Path(folder).resolve(), sys.argv[1])
-        except NoDaemon as reason:
-            print(json.dumps({"not_started": str(reason)}))
-
-
-def run(folder, script):
-    """Runs the script on a cluster whose files lie in this folder."""
-    for name in ("state", "spool"):
-        (folder / name).mkdir(parents=True)
-    folder.chmod(0o755)  # munge refuses a socket in a folder that others cannot enter.
-    (folder / "munge.key").write_bytes(secrets.token_bytes(1024))
-    (folder / "munge.key").chmod(0o400)
-    host = socket.gethostname().split(".")[0]
-    configuration = folder / "slurm.conf"
-    configuration.write_text(CONFIGURATION.format(folder=folder, host=host, ports=free_ports(2)), encoding="utf-8")
-    environment = {**os.environ, "SLURM_CONF": str(configuration)}
-    munge = [f"--{what}={folder}/munge.{end}" for what, end in
-             [("key-file", "key"), ("socket", "socket"), ("pid-file", "pid"), ("log-file", "log"), ("seed-file", "seed")]]
-    daemons = []
-
-    def start(*command):
-        log = open(folder / f"{command[0]}.out", "wb")
-        daemons.append(subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL, stdout=log, stderr=log))
-
     try:
-        start("munged", "--force", "--foreground", *munge)
-        wait_for(lambda: (folder / "munge.socket").exists(), "munged")
-        start("slurmctld", "-D", "-f", str(configuration))
-        start("slurmd", "-D", "-f", str(configuration))
-        idle = ["sinfo", "--noheader", "--format=%T"]
-        wait_for(lambda: b"idle" in subprocess.run(idle, env=environment, capture_output=True, check=False).stdout, "the node")
-        command = ["sbatch", "--wait", "--parsable", f"--output={folder}/task-%a.out", script]
-        submitted = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300, check=False)
-        tasks = sorted(path.name for path in folder.glob("task-*.out"))
-        print(json.dumps({"exit": submitted.returncode, "said": submitted.stderr, "tasks": len(tasks)}))
-    finally:
-        for daemon in reversed(daemons):
-            daemon.terminate()
-        for daemon in daemons:
-            daemon.wait(timeout=30)
-
-
-class NoDaemon(Exception):
-    """A machine on which Slurm's daemons do not start, such as a container without its system calls."""
-
-
-def wait_for(is_there, what):
-    """Polls for a minute."""
-    end = time.monotonic() + 60
-    while not is_there():
-        if time.monotonic() > end:
-            raise NoDaemon(f"{what} did not start within a minute")
-        time.sleep(0.1)
+        with cluster() as (folder, environment):
+            command = ["sbatch", "--wait", "--parsable", f"--output={folder}/task-%a.out", sys.argv[1]]
+            submitted = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300, check=False)
+            tasks = len(list(folder.glob("task-*.out")))
+            print(json.dumps({"exit": submitted.returncode, "said": submitted.stderr, "tasks": tasks}))
+    except NoDaemon as reason:
+        print(json.dumps({"not_started": str(reason)}))
 
 
 if __name__ == "__main__":

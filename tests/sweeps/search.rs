@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use super::SweepTest;
-use super::outside::judge;
+use super::outside::{had_slurm, judge};
 use crate::common::cases;
 
 /// Two figures over three keys of a small room.
@@ -99,6 +99,7 @@ fn one_seed_gives_the_same_cells_on_threads_on_slurm_and_on_dask_with_a_killed_w
     let store = ["--cache", &cache, "--photons-gib", "1"];
     let said = judge("search_engines.py", &[&[program, &file, &first, &dask, &slurm], &store[..]].concat());
     assert_eq!(said["exit"], serde_json::json!([0, 0, 0]), "{said}");
+    had_slurm(&said);
     assert!(said["killed"].as_u64().unwrap() >= 2, "a worker was killed while it ran cells: {said}");
     assert!((1..30).contains(&said["finished_at_kill"].as_u64().unwrap()), "in mid-search: {said}");
     // Plan, sweep file and table of every round: four, and the final one.
