@@ -95,8 +95,8 @@ pub(crate) fn check_clock(key: &str, clock_hz: u64) -> Result<(), Error> {
 }
 
 impl Error {
-    /// 1 the run failed, 2 usage or configuration, 3 some runs of many failed, 4 input/output, 130 stopped by the user (DESIGN:
-    /// exit codes).
+    /// 1 the run failed, 2 usage or configuration, 3 some runs of many failed, 4 input/output, 130 stopped by the user
+    /// (docs/machine.md).
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Config { .. } | Self::Content { .. } | Self::Unknown { .. } => 2,

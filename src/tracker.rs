@@ -131,7 +131,7 @@ impl Tracker {
         })
     }
 
-    /// Gives the rig an inertial unit.
+    /// Gives the rig an IMU.
     #[must_use]
     pub fn with_imu(mut self, mut calibration: ImuCalibration) -> Self {
         calibration.body_from_imu.translation_m -= self.arm_m;

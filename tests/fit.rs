@@ -126,7 +126,7 @@ fn nine_of_ten_parameters_of_random_sensors_lie_in_their_intervals() {
             let Some(found) = fit.get(key) else {
                 // Few traps that are hardly above the noise do not tell their amplitude.
                 assert!(
-                    key.contains("rts") && fit.untold.iter().any(|one| one.key == "pixel.rts_ppm"),
+                    key.contains("rts") && fit.undetermined.iter().any(|one| one.key == "pixel.rts_ppm"),
                     "{key}, {number}"
                 );
                 continue;

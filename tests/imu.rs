@@ -1,4 +1,4 @@
-//! The inertial unit through its front door: derivatives against the path, the emitted stream against the path, noise against Kalibr's
+//! The IMU through its front door: derivatives against the path, the emitted stream against the path, noise against Kalibr's
 //! model.
 
 #![allow(clippy::unwrap_used)] // Helpers of tests fail by panicking, as tests do.
@@ -17,7 +17,7 @@ use sensel::units::Span;
 
 const ROOM1: &str = include_str!("../scenes/bathroom/tum_vi_room1.txt");
 
-/// A position of the unit that makes its lever arm felt.
+/// A position of the IMU that makes its lever arm felt.
 const LEVER: Pose =
     Pose { rotation: DQuat::from_xyzw(0.6, 0.0, 0.0, 0.8), translation_m: DVec3::new(0.08, -0.05, 0.03) };
 
@@ -119,7 +119,7 @@ fn emitted(reading: &ImuSample) -> ImuSample {
     ImuSample { t_s: f64_from_u64(u64_half_even(reading.t_s * 1e9)) * 1e-9, ..*reading }
 }
 
-/// Where the trapezoidal rule on a stream leads from a true start: the unit's position at the end.
+/// Where the trapezoidal rule on a stream leads from a true start: the IMU's position at the end.
 fn dead_reckoned(stream: &[ImuSample], world_from_imu: Pose, velocity_m_per_s: DVec3) -> DVec3 {
     let (mut p, mut v, mut rotation) = (world_from_imu.translation_m, velocity_m_per_s, world_from_imu.rotation);
     for pair in stream.windows(2).map(|pair| [emitted(&pair[0]), emitted(&pair[1])]) {
@@ -220,7 +220,7 @@ fn a_lever_arm_feels_what_its_own_position_does() {
     assert!((w - DVec3::Y * rate).length() < 1e-11, "{w}");
     assert!((force - DVec3::new(-rate * rate * 0.1, -GRAVITY_M_PER_S2, 0.0)).length() < 1e-9, "{force}");
 
-    // Any motion: second differences of the unit's own path.
+    // Any motion: second differences of the IMU's own path.
     let moving = motion(Spline::fit(&room1(), KNOT_S).unwrap(), Y_UP_FROM_Z_UP);
     let step_s = 1e-4;
     let (mut tried, mut lever_m_per_s2) = (0, 0.0_f64);

@@ -19,7 +19,7 @@ use serde_json::Value;
 
 const FRAMES: u32 = 4;
 
-/// Keys of DESIGN section 8.
+/// Keys that programs read.
 const KEYS: &[&str] = &[
     "version seed config_hash",
     "plan.kept plan.omitted plan.bias_e plan.sigma_e",

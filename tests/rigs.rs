@@ -277,10 +277,7 @@ const REFUSED: &[(&str, &str)] = &[
     ("[motion]\nbridge_gaps_s = 0.5\n", "has no effect here; use a recorded motion.file"),
     ("[motion]\npose = []\n", "has no effect here; use motion.kind = \"spline\" without a file"),
     ("[motion]\nfile = \"a.txt\"\npath = \"loop\"\n", "motion.path = \"loop\": has no effect here"),
-    (
-        "[rig]\nimu = \"none\"\nimu_rate_hz = 100.0\n",
-        "rig.imu_rate_hz = 100.0: has no effect here; use an inertial unit",
-    ),
+    ("[rig]\nimu = \"none\"\nimu_rate_hz = 100.0\n", "rig.imu_rate_hz = 100.0: has no effect here; use an IMU"),
     ("[motion]\nfile = \"a.txt\"\nkind = \"walk\"\n", "motion.kind = walk: does not go with a file"),
     ("[motion]\nkind = \"jump\"\n", "use still or sway, walk, run, spin or spline"),
     ("[motion]\nkind = \"spline\"\n", "motion.pose = 0 poses: too few control poses; use 4 or more"),

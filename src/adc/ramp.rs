@@ -1,6 +1,6 @@
 //! The ramp as its levels: the level in nV of the ramp at each clock, from checked parameters.
 //!
-//! Ramp level k is where the ramp is after k clocks, k = 0 its bottom; messages call it edge k. A plain linear ramp has level k at
+//! Ramp level k is where the ramp is after k clocks, k = 0 its bottom. A plain linear ramp has level k at
 //! round(k span / 2^b) nV, halves up, in closed form. Every other ramp is a table: its shape (equal steps, straight pieces, or given
 //! levels), plus the bow of its generator, behind the lag of the line that carries it, rounded half-even to nV.
 //!
@@ -80,7 +80,7 @@ impl RampLevels {
             return Ok(());
         }
         let reason = format!(
-            "the ramp is flat after edge {pedestal}, the level of a column without signal; use a level on a rising part"
+            "the ramp is flat after level {pedestal}, that of a column without signal; use a black level on a rising part"
         );
         Err(Error::key("sensor.adc.black_level_dn", params.black_level_dn, reason))
     }
@@ -120,7 +120,7 @@ fn table_nv(params: &AdcParams) -> Result<Vec<i64>, Error> {
     bow(params, &mut levels_nv);
     if let Some(k) = levels_nv.windows(2).position(|pair| pair[1] < pair[0]) {
         // The shapes themselves rise, so only the bow can turn them.
-        let reason = format!("the ramp falls after edge {k}; use a value nearer to 0");
+        let reason = format!("the ramp falls after level {k}; use a value nearer to 0");
         return Err(Error::key("sensor.adc.ramp_inl_lsb", params.ramp_inl_lsb, reason));
     }
     settle(params.ramp_settling_clk, &mut levels_nv);
@@ -230,7 +230,7 @@ mod tests {
         let table = RampLevels::new(&table).unwrap();
         assert!(linear.has_equal_steps() && !table.has_equal_steps());
         for k in 0..1024 {
-            assert_eq!(linear.ramp_level_nv(k), table.ramp_level_nv(k), "edge {k}");
+            assert_eq!(linear.ramp_level_nv(k), table.ramp_level_nv(k), "level {k}");
         }
         for level_nv in (-300_000..110_300_000).step_by(1_117) {
             assert_eq!(linear.count(level_nv, 1023), table.count(level_nv, 1023), "{level_nv} nV");
@@ -250,7 +250,7 @@ mod tests {
                 // Half a nanovolt of rounding; the recursion's and the closed form's own rounding stay below 1e-4 nV:
                 // 1024 steps of 2^-53 of at most tau steps (1e9 nV).
                 let error_nv = (f64_from_i64(ramp_levels.ramp_level_nv(k)) - exact_nv).abs();
-                assert!(error_nv <= 0.5 + 1e-3, "tau {tau_clk}, edge {k}: {error_nv} nV");
+                assert!(error_nv <= 0.5 + 1e-3, "tau {tau_clk}, level {k}: {error_nv} nV");
             }
         }
     }
@@ -312,7 +312,7 @@ mod tests {
             (
                 AdcParams { bits: 4, black_level_dn: 3, cds: Cds::None, ramp_inl_lsb: 5.0, ..paper_adc() },
                 "ramp_inl_lsb = 5",
-                "falls after edge",
+                "falls after level",
             ),
             (AdcParams { reset_counts: 1024, ramp_inl_lsb: 0.5, ..paper_adc() }, "reset_counts = 1024", "1023"),
             (

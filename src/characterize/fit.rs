@@ -1,6 +1,6 @@
 //! A sensor's parameters from its frames: the inverse of a measurement. Each parameter has a 95 % interval and the figure that it rests on.
 //!
-//! Frames tell products, not factors. The overall gain K holds the conversion gain and the size of an LSB, so the conversion gain is
+//! Frames determine products, not factors. The overall gain K holds the conversion gain and the size of an LSB, so the conversion gain is
 //! assumed and the ramp's span follows. The quantum efficiency holds the fill factor, which is taken as 1. A fitted sensor converts once
 //! a code, after analog double sampling, so read noise holds all of the pixels' noise in the dark.
 //!
@@ -29,13 +29,13 @@ use defective::DefectivePixels;
 use doubling::{DarkRate, DarkSeries, FrameNoise, doubling};
 use hot::HotScale;
 use parameters::SIGMAS;
-pub use parameters::{Fitted, Untold};
+pub use parameters::{Fitted, Undetermined};
 use telegraph::telegraph;
 
 /// Share of the greatest code from which on a stack is saturated.
 const STACK_SHARE_MAX: f64 = 0.95;
 
-/// What frames cannot tell and a fit takes from elsewhere.
+/// What frames do not determine and a fit takes from elsewhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Assumed {
     /// At the column, in uV.
@@ -67,7 +67,7 @@ pub struct SensorFit {
     /// In the order of a sensor file.
     pub fitted: Vec<Fitted>,
     /// What the preset decides.
-    pub untold: Vec<Untold>,
+    pub undetermined: Vec<Undetermined>,
     /// What a user should know of the frames.
     pub warnings: Vec<String>,
 }
@@ -107,7 +107,7 @@ impl SensorFit {
     }
 }
 
-/// Parameters of the sensor behind frames. Says why where the frames cannot tell any.
+/// Parameters of the sensor behind frames. Says why where the frames do not determine any.
 /// Fails on a saturated stack, frames without a response to light, codes that are all alike.
 pub fn fit(frames: &SensorFrames<'_>, assumed: &Assumed) -> Result<SensorFit, String> {
     let SensorFrames { measurement, bits, .. } = *frames;
@@ -120,13 +120,13 @@ pub fn fit(frames: &SensorFrames<'_>, assumed: &Assumed) -> Result<SensorFit, St
     let summary = bow.filter(Bow::is_seen).map_or_else(|| read.clone(), |bow| bow.straightened(&read));
     let found = figures(&summary);
     if !found.get("K").is_some_and(|&k| k.is_finite() && k > 0.0) {
-        let reason = "no pair lies between the dark and 70 % of the brightest one, so the gain cannot be told";
+        let reason = "no pair lies between the dark and 70 % of the brightest one, so the gain is not determined";
         return Err(format!("{reason}; add pairs of shorter exposures"));
     }
     let errors = measured_errors(&summary, &found);
     let sources =
         Sources { frames, read: &read, summary: &summary, found: &found, errors: &errors, assumed, code_max, shared };
-    let mut fit = SensorFit { fitted: Vec::new(), untold: Vec::new(), warnings: Vec::new() };
+    let mut fit = SensorFit { fitted: Vec::new(), undetermined: Vec::new(), warnings: Vec::new() };
     sources.gain(&mut fit);
     sources.bow(bow, &mut fit);
     sources.light(&mut fit);
@@ -214,10 +214,10 @@ impl Sources<'_> {
         let interval = [span_uv(k + SIGMAS * error), span_uv(k - SIGMAS * error)];
         fit.fitted.push(Fitted { key: "adc.full_scale_uv", value: span_uv(k), interval, rests_on: "K" });
         let reason = format!(
-            "frames tell K = {k:.5} DN/e- only; {} uV/e- is assumed, and adc.full_scale_uv follows",
+            "frames determine K = {k:.5} DN/e- alone; {} uV/e- is assumed, and adc.full_scale_uv follows",
             self.assumed.conversion_gain_uv_per_e
         );
-        fit.untold.push(Untold { key: "pixel.conversion_gain_uv_per_e", reason });
+        fit.undetermined.push(Undetermined { key: "pixel.conversion_gain_uv_per_e", reason });
     }
 
     fn light(&self, fit: &mut SensorFit) {
@@ -228,15 +228,15 @@ impl Sources<'_> {
             let reason =
                 format!("{value:.3} electrons a photon are more than one; correct the photons of the descriptor");
             fit.warnings.push(format!("{key}: {reason}"));
-            fit.untold.push(Untold { key, reason });
+            fit.undetermined.push(Undetermined { key, reason });
         } else if value > 0.0 {
             let interval = [low, lesser(high, 1.0)];
             fit.fitted.push(Fitted { key, value: lesser(value, 1.0), interval, rests_on: "QE" });
             let reason = "is part of the quantum efficiency that is measured, and taken as 1".to_owned();
-            fit.untold.push(Untold { key: "pixel.fill_factor", reason });
+            fit.undetermined.push(Undetermined { key: "pixel.fill_factor", reason });
         } else {
             let reason = "the descriptor states no photons".to_owned();
-            fit.untold.push(Untold { key, reason });
+            fit.undetermined.push(Undetermined { key, reason });
         }
         self.well(fit);
     }
@@ -246,13 +246,13 @@ impl Sources<'_> {
         let transfer = &self.summary.transfer;
         let key = "pixel.full_well_e";
         let Some(last) = transfer.points.last() else { return };
-        let untold = |reason: String| Untold { key, reason };
+        let undetermined = |reason: String| Undetermined { key, reason };
         let range_e = (self.code_max - self.black(self.read)[0]) / self.k();
         // Where pixels clip, their noise goes. Half of the greatest variance is far from what noise does to it.
         if last.variance_dn2 > 0.5 * transfer.points[transfer.saturation()].variance_dn2 {
-            fit.untold.push(untold("the series ends before saturation".to_owned()));
+            fit.undetermined.push(undetermined("the series ends before saturation".to_owned()));
         } else if last.mean_dn > self.code_max - 1.0 {
-            fit.untold.push(untold(format!("the converter saturates first, at {range_e:.0} e-")));
+            fit.undetermined.push(undetermined(format!("the converter saturates first, at {range_e:.0} e-")));
         } else {
             let [black_dn, _] = self.black(self.summary);
             let value = (last.mean_dn - black_dn) / self.k();
@@ -281,7 +281,7 @@ impl Sources<'_> {
         if self.frames.measurement.dark_clipped > DARK_CLIPPED_MAX {
             let percent = 100.0 * self.frames.measurement.dark_clipped;
             fit.warnings.push(format!("{percent:.1} % of the dark codes are 0; raise the camera's black level"));
-            fit.untold.push(Untold { key, reason: "dark codes clip at 0".to_owned() });
+            fit.undetermined.push(Undetermined { key, reason: "dark codes clip at 0".to_owned() });
         } else {
             let [mean, error] = self.black(self.read);
             // A code counts the whole steps of the ramp below a level, so codes lie half a step low in the mean.
@@ -308,12 +308,12 @@ impl Sources<'_> {
                 [DarkRate { temperature_k, rate_e_per_s: [rate, own] }].into_iter().chain(others).collect();
             match doubling(&rates, k_error / k) {
                 Ok(pair) => return fit.fitted.extend(pair),
-                Err(reason) => fit.untold.push(Untold::new("pixel.dark_doubling_k", reason)),
+                Err(reason) => fit.undetermined.push(Undetermined::new("pixel.dark_doubling_k", reason)),
             }
         } else {
             let reason =
-                "frames at one temperature do not tell it; add dark frames of another with --dark KELVIN=FOLDER";
-            fit.untold.push(Untold::new("pixel.dark_doubling_k", reason));
+                "frames at one temperature do not determine it; add dark frames of another with --dark KELVIN=FOLDER";
+            fit.undetermined.push(Undetermined::new("pixel.dark_doubling_k", reason));
         }
         let interval =
             [rate - SIGMAS * error, rate + SIGMAS * error].map(|rate| self.at_300_k(fit) * greater(rate, 0.0));
@@ -355,15 +355,15 @@ impl Sources<'_> {
                 let Fitted { value, interval, .. } = traps.amplitude;
                 fit.fitted.push(traps.ppm);
                 fit.fitted.push(Fitted { value: of_dn(value), interval: interval.map(of_dn), ..traps.amplitude });
-                let reason = "frames do not tell it: amplitudes are what double sampling leaves, and samples count as independent";
-                fit.untold.push(Untold::new("pixel.rts_rate_hz", reason));
+                let reason = "frames do not determine it: amplitudes are what double sampling leaves, and samples count as independent";
+                fit.undetermined.push(Undetermined::new("pixel.rts_rate_hz", reason));
             }
             None => {
                 let seen = self.frames.defects.noisy.len();
                 let reason = format!(
-                    "{seen} pixels are noisier than chance in the dark: that does not tell the amplitudes of traps"
+                    "{seen} pixels are noisier than chance in the dark: that does not determine the amplitudes of traps"
                 );
-                fit.untold.push(Untold::new("pixel.rts_ppm", reason));
+                fit.undetermined.push(Undetermined::new("pixel.rts_ppm", reason));
             }
         }
         if sigma * sigma <= super::analysis::DARK_VARIANCE_MIN_DN2 * 1.001 {
@@ -413,13 +413,13 @@ impl Sources<'_> {
             None => "the series has too few points below saturation for a bend",
         };
         let key = if bow.is_some() { "pixel.gain_compression" } else { "adc.ramp_inl_lsb" };
-        fit.untold.push(Untold::new(key, reason));
+        fit.undetermined.push(Undetermined::new(key, reason));
     }
 
     fn defects(&self, fit: &mut SensorFit) {
         let defects = self.frames.defects;
         let scale = HotScale { k: self.of("K"), stack_s: self.frames.half.exposure_s(), at_300_k: self.at_300_k(fit) };
-        hot::append(defects, scale, &mut fit.fitted, &mut fit.untold);
+        hot::append(defects, scale, &mut fit.fitted, &mut fit.undetermined);
         if defects.others > 0 {
             fit.warnings.push(format!(
                 "{} pixels of unusual offset or response are neither hot, dead nor stuck; they count in the patterns",

@@ -3,7 +3,7 @@
 
 use super::analysis::{Figures, Summary, figures};
 use super::fit::defective::DefectivePixels;
-use super::fit::{Fitted, SensorFit, Untold};
+use super::fit::{Fitted, SensorFit, Undetermined};
 use super::map::map;
 use super::measure::{ChannelMeasurement, StackSums, TransferPoint, centred};
 use super::page::{document, dots, line, meaning, over_frequency, pair, scrolled, section, significant};
@@ -28,7 +28,7 @@ const BINS_MAX: usize = 160;
 pub struct Beside<'a> {
     /// Of the folder.
     pub name: &'a str,
-    /// What the frames do not tell is that of this sensor.
+    /// What the frames do not determine is that of this sensor.
     pub preset: &'a str,
     /// Depth of the codes.
     pub bits: u32,
@@ -94,7 +94,7 @@ pub fn html(beside: &Beside<'_>) -> String {
         spectra(beside),
         pictures(beside),
         compared(&sides, beside.defects),
-        untold(beside),
+        undetermined(beside),
         "</main>".to_owned(),
     ];
     document(&title, &body, "")
@@ -134,7 +134,7 @@ fn parameters(fit: &SensorFit) -> String {
     };
     let rows: String = fit.fitted.iter().map(row).collect();
     let head = "<th>key</th><th class=\"num\">value</th><th class=\"num\">95 % interval</th><th>rests on</th>";
-    section("Parameters", "What the frames tell.", &scrolled(head, &rows))
+    section("Parameters", "Determined from the frames.", &scrolled(head, &rows))
 }
 
 /// Both sides' points, the simulated ones as rings.
@@ -362,11 +362,11 @@ fn compared(sides: &[Side; 2], pixels: [&DefectivePixels; 2]) -> String {
     section("Figures", &lead, &scrolled(head, &rows))
 }
 
-fn untold(beside: &Beside<'_>) -> String {
-    let row = |Untold { key, reason }: &Untold| {
+fn undetermined(beside: &Beside<'_>) -> String {
+    let row = |Undetermined { key, reason }: &Undetermined| {
         format!("<tr><th scope=\"row\">{key}</th><td class=\"note\">{}</td></tr>", escaped(reason))
     };
-    let rows: String = beside.fit.untold.iter().map(row).collect();
+    let rows: String = beside.fit.undetermined.iter().map(row).collect();
     let lead = format!("Left to the preset {}, or assumed.", escaped(beside.preset));
-    section("What the frames do not tell", &lead, &scrolled("<th>key</th><th>why</th>", &rows))
+    section("What the frames do not determine", &lead, &scrolled("<th>key</th><th>why</th>", &rows))
 }

@@ -35,7 +35,8 @@ pub struct CommonOptions {
     /// Sets one key of the scenario, as in --set sensor.adc.bits=8; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE", global = true)]
     pub set: Vec<String>,
-    /// Seed of the noise of sensors, link and inertial unit; photons do not depend on it (run.render_seed names the render's samples).
+    /// Seed of the noise of sensors, link and IMU, and of the tracker's random draws. Photons do not depend on it; run.render_seed seeds
+    /// the render.
     #[arg(long, global = true)]
     pub seed: Option<u64>,
     /// Where the results go: a folder (default: out/SCENARIO; an earlier result there is replaced, a folder that holds anything else is
@@ -118,7 +119,7 @@ pub struct RunArguments {
     #[arg(long, allow_hyphen_values = true)]
     pub effects: Option<String>,
     /// What is kept: packets, photons, electrons, codes, features, colour, poses, depth, normals, materials, objects, flow, visibility,
-    /// stereo, tum, map.
+    /// stereo, tum, map; on the rung expected variance.
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub keep: Vec<String>,
 }
@@ -216,10 +217,10 @@ pub struct TimingArguments {
 pub struct FitArguments {
     /// A folder with emva1288.txt and the frames that it names: pairs at several exposures, and stacks, bright and dark.
     pub folder: PathBuf,
-    /// Sensor preset or file that has what the frames do not tell.
+    /// Sensor preset or file that has what the frames do not determine.
     #[arg(long, default_value = "paper_6t_vga")]
     pub preset: String,
-    /// Of the die while the frames were taken; 300 unless given.
+    /// Temperature of the die while the frames were taken, in K (default: 300).
     #[arg(long, value_name = "K")]
     pub temperature_k: Option<f64>,
     /// Dark frames at another temperature of the die, two exposures or more: the step over which dark current doubles. Repeatable.
@@ -329,7 +330,7 @@ pub struct ConfigArguments {
 pub struct CharacterizeArguments {
     /// A sensor preset's name, or a scenario: a file, a folder with a scene.toml, or a name in the folder of scenarios.
     pub sensor: Option<String>,
-    /// Rows and columns that are measured, from the first on, of one colour's pixels (default: 320x240, or all where that is less).
+    /// Columns and rows that are measured, from the first on, of one colour's pixels (default: 320x240, or all where that is less).
     #[arg(long, value_name = "WxH")]
     pub size: Option<String>,
     /// Points of photon transfer, 40 to 1000 (default: 42).

@@ -109,8 +109,8 @@ pub fn main(arguments: &FitArguments, shared: &CommonOptions) -> Result<(), Erro
         outln!("  {key:<32} {:>12}   {:>12} to {:<12} {rests_on}", digits(*value), digits(*low), digits(*high));
     }
     outln!("left to {} or assumed:", arguments.preset);
-    for untold in &fit.untold {
-        outln!("  {:<32} {}", untold.key, untold.reason);
+    for undetermined in &fit.undetermined {
+        outln!("  {:<32} {}", undetermined.key, undetermined.reason);
     }
     defects(&found.defects);
     if let Some(lens) = &lens {

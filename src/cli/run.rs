@@ -135,7 +135,7 @@ fn summary(report: &Report, target: &Path, seconds: f64) {
     let Scenario { name, frames, cameras, width_px, height_px, illuminance_lux, bits, .. } = scenario;
     outln!("{name}: {frames} frames, {cameras} camera(s) of {width_px}x{height_px}, {illuminance_lux} lux, {bits} bit");
     for note in &scenario.scene_notes {
-        outln!("  pictures      {note}");
+        outln!("  scene         {note}");
     }
     let tracking = &report.tracking;
     let (percent, features) = (100.0 * tracking.tracked_fraction, report.features.median_tracked);
@@ -148,7 +148,7 @@ fn summary(report: &Report, target: &Path, seconds: f64) {
     outln!("  jitter d2     {}  (second differences)", words::jitter(tracking));
     if let Some(alone) = &report.cameras_alone {
         let (ate, d2) = (figure(alone.ate_m, 1e3, "mm"), figure(alone.jitter_d2_m.or(alone.jitter_still_m), 1e3, "mm"));
-        outln!("  cameras alone ATE {ate}, jitter d2 {d2}  (the same packets without the inertial unit)");
+        outln!("  cameras alone ATE {ate}, jitter d2 {d2}  (the same packets without the IMU)");
     }
     outln!("  power         {:.2} mW, {:.1} pJ a pixel", report.energy.power_mw, report.energy.pj_per_pixel);
     outln!("  link          {:.2} Mbit/s, {}", report.bandwidth.link_bits_per_s * 1e-6, words::reduction(report));

@@ -1,11 +1,11 @@
 //! `sensel track`: the tracker alone, on the pictures of an EuRoC or TUM folder, real or simulated, of any number of cameras, or on the
 //! packets that a run kept.
 
-mod brought;
 mod figures;
 mod packets;
 mod pictures;
 mod recording;
+mod rig_frame;
 
 use std::path::{Path, PathBuf};
 
@@ -25,15 +25,15 @@ use serde_json::json;
 
 use super::args::{CommonOptions, TrackArguments};
 use super::{listing, paths, progress, words};
-pub use brought::Brought;
 use figures::TrackFigures;
 use packets::Packets;
 use pictures::PictureStream;
 use recording::AnyRecording;
+pub use rig_frame::RigFrame;
 
 /// What the tracker made of a recording.
 #[derive(Default)]
-struct Course {
+struct TrackingResult {
     poses: Vec<TimedPose>,
     frames: usize,
     /// Of all cameras and frames.
@@ -45,7 +45,7 @@ struct Course {
     last: Option<Status>,
 }
 
-impl Course {
+impl TrackingResult {
     /// Tracks frame by frame. Some recorders stamp with nanoseconds since 1970: without another origin the tracker's own clock starts with
     /// the first frame.
     fn follow(
@@ -53,11 +53,11 @@ impl Course {
         tracker: &mut Tracker,
         mut readings: &[ImuReading],
         mut origin_ns: Option<u64>,
-        frames: impl Iterator<Item = Result<Brought, Error>>,
+        frames: impl Iterator<Item = Result<RigFrame, Error>>,
         bar: &progress::StepsBar,
     ) -> Result<(), Error> {
-        for brought in frames {
-            let Brought { number, timestamp_ns, features, clocks } = brought?;
+        for frame in frames {
+            let RigFrame { number, timestamp_ns, features, clocks } = frame?;
             let origin_ns = *origin_ns.get_or_insert(timestamp_ns);
             self.features += features.iter().map(Vec::len).sum::<usize>();
             let t_s = f64_from_u64(timestamp_ns - origin_ns) * 1e-9;
@@ -131,36 +131,36 @@ pub fn main(arguments: &TrackArguments, shared: &CommonOptions) -> Result<(), Er
     let resolved = Resolved::from_layers(&layer, &text, &shared.set)?;
     check_outputs(&recording, &out, arguments)?;
     let mut tracker = tracker(&recording, &resolved, shared)?;
-    let feels =
+    let uses_imu =
         resolved.scenario.tracker_uses_imu(recording.imu.is_some()).map_err(|error| resolved.tree.locate(error))?;
-    let unit = recording.imu.as_ref().filter(|_| feels);
-    if let Some(ImuFolder { imu, .. }) = unit {
+    let imu_folder = recording.imu.as_ref().filter(|_| uses_imu);
+    if let Some(ImuFolder { imu, .. }) = imu_folder {
         let noise = sensel::run::noise_of(&imu.noise);
         tracker = tracker.with_imu(ImuCalibration { body_from_imu: imu.body_from_imu, noise });
     }
-    let readings = unit.map_or(&[][..], |unit| &unit.readings);
+    let readings = imu_folder.map_or(&[][..], |imu_folder| &imu_folder.readings);
 
     let extractor = resolved.scenario.extractor().map_err(|error| resolved.tree.locate(error))?;
     let pictures = PictureStream::new(&recording.cameras, &recording.frames, &extractor);
     let bar = progress::bar("frames", pictures.rig_frames().try_into().unwrap_or(u64::MAX), shared.quiet);
-    let mut course = Course::default();
+    let mut result = TrackingResult::default();
     let mut link = None;
     match from {
-        FeatureSource::Pictures => course.follow(&mut tracker, readings, None, pictures, &bar)?,
+        FeatureSource::Pictures => result.follow(&mut tracker, readings, None, pictures, &bar)?,
         FeatureSource::Packets => {
             let sensor = SensorSetup::new(&resolved)?;
             let mut packets = Packets::open(&arguments.folder, recording.cameras.len(), &sensor)?;
-            // A sensor's clock begins with its run, as the unit's does.
-            course.follow(&mut tracker, readings, Some(0), &mut packets, &bar)?;
+            // A sensor's clock begins with its run, as the IMU's does.
+            result.follow(&mut tracker, readings, Some(0), &mut packets, &bar)?;
             link = Some(packets.counts());
         }
     }
     bar.finish();
-    paths::write_output("--out", &out, format_tum(&course.poses).as_bytes())?;
+    paths::write_output("--out", &out, format_tum(&result.poses).as_bytes())?;
     if let Some(map) = &arguments.map {
         paths::write_output("--map", map, ply(tracker.landmarks()).as_bytes())?;
     }
-    say(&recording, &course, &out, (from, link), (shared, seed(&resolved, shared)));
+    say(&recording, &result, &out, (from, link), (shared, seed(&resolved, shared)));
     Ok(())
 }
 
@@ -226,14 +226,14 @@ fn output_file(shared: &CommonOptions) -> Result<PathBuf, Error> {
 }
 
 /// What a user should know of a trajectory without a pose.
-fn warnings(course: &Course, cameras: usize) -> Vec<String> {
-    if !course.poses.is_empty() {
+fn warnings(result: &TrackingResult, cameras: usize) -> Vec<String> {
+    if !result.poses.is_empty() {
         return Vec::new();
     }
-    if course.frames == 0 {
+    if result.frames == 0 {
         return vec!["the folder has no frame; name one with pictures or packets".to_owned()];
     }
-    let found = course.features / (course.frames * cameras).max(1);
+    let found = result.features / (result.frames * cameras).max(1);
     let remedy = if found < 20 {
         "lower compute.threshold (with --from pictures) or bring brighter pictures".to_owned()
     } else if cameras == 1 {
@@ -242,25 +242,25 @@ fn warnings(course: &Course, cameras: usize) -> Vec<String> {
     } else {
         "check the cameras' calibration and that they see the same".to_owned()
     };
-    vec![format!("none of {} frames has a pose, with {found} features a frame; {remedy}", course.frames)]
+    vec![format!("none of {} frames has a pose, with {found} features a frame; {remedy}", result.frames)]
 }
 
 fn say(
     recording: &AnyRecording,
-    course: &Course,
+    result: &TrackingResult,
     out: &Path,
     (from, link): (FeatureSource, Option<LinkCounts>),
     (shared, seed): (&CommonOptions, u64),
 ) {
     let truth = recording.ground_truth.as_ref().map(|truth| recording.reported(truth));
     let of_rig = (recording.cameras.len(), seed);
-    let figures = TrackFigures::of(truth.as_deref(), course.poses.clone(), &course.sigmas, of_rig);
-    let (tracked, frames) = (course.poses.len(), course.frames);
-    let warnings = warnings(course, recording.cameras.len());
+    let figures = TrackFigures::of(truth.as_deref(), result.poses.clone(), &result.sigmas, of_rig);
+    let (tracked, frames) = (result.poses.len(), result.frames);
+    let warnings = warnings(result, recording.cameras.len());
     words::warn(&warnings);
     if shared.json {
         let mut json = json!({
-            "frames": frames, "tracked": tracked, "trajectory": out.display().to_string(), "events": course.events,
+            "frames": frames, "tracked": tracked, "trajectory": out.display().to_string(), "events": result.events,
             "from": from.name(), "not_measurable": figures.reasons(), "warnings": warnings,
         });
         let parts = json.as_object_mut().expect("an object");
@@ -275,7 +275,7 @@ fn say(
         if truth.is_some() {
             outln!("against the folder's ground truth: {figures}");
         }
-        for TrackingEvent { frame, t_s, event, reason } in &course.events {
+        for TrackingEvent { frame, t_s, event, reason } in &result.events {
             let frame = frame.map_or_else(String::new, |frame| format!(", frame {frame}"));
             let reason = reason.as_ref().map_or_else(String::new, |reason| format!(" ({reason})"));
             outln!("{t_s:.3} s{frame}: {event}{reason}");

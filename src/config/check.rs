@@ -72,7 +72,7 @@ impl Scenario {
         Ok(Size { width_px, height_px })
     }
 
-    /// Knobs of accuracy. Fails on values out of range, and rungs that come with a later version.
+    /// Knobs of accuracy. Fails on values out of range and on an unknown rung.
     pub fn fidelity(&self) -> Result<Fidelity, Error> {
         let rungs = [Rung::Expected, Rung::Sampled, Rung::Clocked, Rung::Rtl].map(|rung| (rung.name(), rung));
         let rung = one_of("run.rung", &self.run.rung, &rungs)?;
@@ -265,12 +265,12 @@ impl Scenario {
         Ok(TrackerParams { window, rolling_shutter, loop_closing, ..TrackerParams::room(self.seed) })
     }
 
-    /// Whether the tracker takes an inertial unit's readings, where there are any or none. Fails on an unknown word; "on" without a unit.
+    /// Whether the tracker takes an IMU's readings, where there are any or none. Fails on an unknown word; "on" without an IMU.
     pub fn tracker_uses_imu(&self, has_unit: bool) -> Result<bool, Error> {
         let choice =
             one_of("tracker.imu", &self.tracker.imu, &[("auto", None), ("on", Some(true)), ("off", Some(false))])?;
         if choice == Some(true) && !has_unit {
-            let reason = "there is no inertial unit to take readings from; use auto or off";
+            let reason = "there is no IMU to take readings from; use auto or off";
             return Err(Error::key("tracker.imu", "on", reason));
         }
         Ok(choice.unwrap_or(has_unit))

@@ -164,7 +164,7 @@ fn control_pose(number: usize, pose: &MotionPose) -> Result<TimedPose, Error> {
     Ok(TimedPose { t_s: pose.t_s, world_from_body: Pose::new(turned.unwrap_or(LEVEL), position_m) })
 }
 
-/// Keys that nothing reads under the chosen motion and inertial unit, and what would make them act.
+/// Keys that nothing reads under the chosen motion and IMU, and what would make them act.
 pub(super) fn check_idle(resolved: &Resolved) -> Result<(), Error> {
     let (section, rig) = (&resolved.scenario.motion, &resolved.scenario.rig);
     let kind = section.kind.as_deref().unwrap_or_default();
@@ -184,7 +184,7 @@ pub(super) fn check_idle(resolved: &Resolved) -> Result<(), Error> {
         (kind == "spin", "motion.kind = \"spin\"", &["motion.rate_deg_per_s"]),
         (kind == "still", "motion.kind = \"still\"", &["motion.oscillation_mm"]),
         (oscillates, "motion.oscillation_mm above 0", &["motion.oscillation_hz", "motion.oscillation_axis"]),
-        (rig.imu != "none", "an inertial unit", &["rig.imu_rate_hz", "rig.imu_position_mm"]),
+        (rig.imu != "none", "an IMU", &["rig.imu_rate_hz", "rig.imu_position_mm"]),
     ];
     for (is_on, would_do, keys) in groups {
         keys.iter().try_for_each(|key| resolved.check_idle(!is_on, key, would_do))?;

@@ -1,4 +1,4 @@
-//! From the rig's keys to cameras and an inertial unit on the body.
+//! From the rig's keys to cameras and an IMU on the body.
 
 use glam::{DQuat, DVec3};
 
@@ -35,7 +35,7 @@ impl Scenario {
         cameras.iter().enumerate().map(|(number, camera)| placed(rotation, number, camera)).collect()
     }
 
-    /// The inertial unit on the body, if there is one. Fails on an unknown preset, a rate or position out of range.
+    /// The IMU on the body, if there is one. Fails on an unknown preset, a rate or position out of range.
     pub fn imu(&self) -> Result<Option<Imu>, Error> {
         let rig = &self.rig;
         let presets =

@@ -27,7 +27,7 @@ pub use per_camera::PerCamera;
 sections! {
     /// A whole scenario, all layers merged.
     Scenario {
-        /// Seed of the noise of sensors, link and inertial unit, and of the tracker's draws. No photon depends on it.
+        /// Seed of the noise of sensors, link and IMU, and of the tracker's random draws. No photon depends on it.
         seed: u64,
         /// What is looked at.
         scene: Scene,
@@ -161,7 +161,7 @@ sections! {
         rolling_shutter: Switch,
         /// Whether loop closures bend the map: true or "auto", or false.
         loop_closing: Switch,
-        /// Whether the readings of the rig's inertial unit are used: "on", "off", or "auto": where the rig has a unit (and a recording its
+        /// Whether the readings of the rig's IMU are used: "on", "off", or "auto": where the rig has one (and a recording its
         /// readings).
         imu: String,
     }

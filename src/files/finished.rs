@@ -16,7 +16,7 @@ use crate::report::compare::FinishedRun;
 const REPORT_BYTES_MAX: u64 = 1 << 30;
 /// Longest trajectory that is read.
 const TUM_BYTES_MAX: u64 = 1 << 28;
-/// Where a run keeps the poses that the cameras gave without the inertial unit.
+/// Where a run keeps the poses that the cameras gave without the IMU.
 pub const CAMERAS_ALONE: &str = "trajectory_cameras_alone.tum";
 
 /// The report and the trajectories of a run's folder. Fails on a folder that is not there or is no run's, or a run that was cut short.

@@ -26,7 +26,7 @@ pub use manifest::MARKER;
 use parents::{Parents, resolve, until_parents_stay};
 pub use single::{check_file, replace_file};
 
-/// So many files of others are named in a refusal.
+/// Files of others that a refusal names, at most.
 const NAMED_MAX: usize = 3;
 
 /// A folder under construction. Dropped without [`OutputFolder::commit`], it vanishes.

@@ -231,7 +231,7 @@ fn restored(mut missed: Vec<u32>, width: usize) -> Vec<u32> {
     missed
 }
 
-/// Bytes that a store of so many gibibytes may hold.
+/// Bytes of a number of gibibytes.
 pub fn gib(gib: u32) -> u64 {
     u64::from(gib) << 30
 }

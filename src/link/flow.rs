@@ -40,7 +40,7 @@ impl RowPeriod {
         Self { numerator, denominator: 4 * u128::from(hz) * u128::from(per_clock) }
     }
 
-    /// Clocks of so many periods, rounded up: a row is there when all of it is.
+    /// Clocks of a number of periods, rounded up: a row is there when all of it is.
     pub fn clocks(self, periods: u64) -> Clocks {
         let whole = (u128::from(periods) * self.numerator).div_ceil(self.denominator);
         Clocks(u64::try_from(whole).expect("a frame is shorter than 2^64 clocks"))

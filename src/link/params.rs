@@ -69,7 +69,7 @@ const ROWS_MAX: u32 = 65_535;
 
 impl LinkParams {
     /// A link of this speed: the smallest container, rows in every frame of a mode that sends them, no line-start packets, and a FIFO
-    /// of one row that never may be full.
+    /// of one row; a link that would fill it is refused.
     pub const fn new(lanes: u32, frequency_hz: u64, mode: Mode) -> Self {
         let (format, when_full) = (None, WhenFull::Refuse);
         Self { lanes, frequency_hz, mode, format, frames_every: 1, line_sync: false, fifo_rows: 1, when_full }

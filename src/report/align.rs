@@ -42,7 +42,7 @@ impl Similarity {
 pub enum AlignmentScale {
     /// Rotation and translation only: stereo, or anything else that knows its metres.
     Kept,
-    /// One factor for all: a single camera without an inertial unit.
+    /// One factor for all: a single camera without an IMU.
     Estimated,
 }
 

@@ -1,4 +1,4 @@
-//! The pose without the inertial unit, beside the fused one: fusion hides much of what a sensor does to the pose.
+//! The pose without the IMU, beside the fused one: fusion hides much of what a sensor does to the pose.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use super::measurable::NotMeasurable;
 use crate::pose::TimedPose;
 use crate::report::figures::{bring_to_metres, median, trajectory_figures};
 
-/// Errors of the same packets tracked without the inertial unit. Definitions are those of `tracking`.
+/// Errors of the same packets tracked without the IMU. Definitions are those of `tracking`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CamerasAlone {

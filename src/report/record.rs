@@ -1,5 +1,4 @@
-//! `report.json`: everything a run found out, as plain data. Units stand in the names; the keys are those of DESIGN
-//! section 8.
+//! `report.json`: everything a run found out, as plain data. Units stand in the names.
 //!
 //! A figure that could not be measured is `null`, and `not_measurable` says why under the figure's path. Nothing else
 //! is null.
@@ -60,7 +59,7 @@ pub struct Report {
     pub features: FeatureFigures,
     /// Errors of the pose.
     pub tracking: Tracking,
-    /// Errors of the same packets tracked without the inertial unit; none where the rig has none, or the tracker does not use it.
+    /// Errors of the same packets tracked without the IMU; none where the rig has none, or the tracker does not use it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cameras_alone: Option<CamerasAlone>,
     /// What the host's packet decoder saw.
@@ -110,7 +109,8 @@ pub struct Scenario {
     pub name: String,
     /// Scene file, generator or folders of pictures.
     pub scene: String,
-    /// What a person should know of pictures from elsewhere: what is black, coarse or cut off.
+    /// What a person should know of the scene: what of a glTF file is not read, what moving objects leave out, where pictures from
+    /// elsewhere are black, coarse or cut off.
     pub scene_notes: Vec<String>,
     /// On a horizontal plane at the camera's start, at the lamps' mean.
     pub illuminance_lux: f64,

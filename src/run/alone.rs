@@ -1,4 +1,4 @@
-//! A second tracker of the same packets that does not use the inertial unit.
+//! A second tracker of the same packets that does not use the IMU.
 
 use super::state::Session;
 use super::totals::{Alone, FrameNotes};
@@ -7,7 +7,7 @@ use crate::pose::{Pose, TimedPose};
 use crate::report::cameras_alone::CamerasAlone;
 
 impl Session {
-    /// Tracks every frame a second time without the inertial unit, where the tracker uses one. It changes nothing else. Before the first
+    /// Tracks every frame a second time without the IMU, where the tracker uses one. It changes nothing else. Before the first
     /// frame only. Fails on a calibration that the tracker refuses.
     pub fn track_cameras_alone(&mut self) -> Result<(), Error> {
         assert!(self.notes.is_empty(), "the second tracker sees every frame");

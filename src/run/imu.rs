@@ -7,7 +7,7 @@ use crate::scene::motion::imu::{GRAVITY_IN_WORLD_M_PER_S2, ImuNoise, ImuSample, 
 use crate::tracker::{ImuCalibration, ImuMeasurement, Noise};
 use crate::units::Span;
 
-/// Published number of the inertial unit's noise in keys.
+/// Published number of the IMU's noise in keys.
 const IMU_NUMBER: u64 = 2;
 
 /// Readings of a run, handed out frame by frame.
@@ -41,7 +41,7 @@ impl ImuReadings {
     }
 }
 
-/// The unit's noise as the tracker takes it.
+/// The IMU's noise as the tracker takes it.
 pub fn noise_of(noise: &ImuNoise) -> Noise {
     Noise {
         gyroscope_noise_density: noise.gyroscope_noise_density,
@@ -52,7 +52,7 @@ pub fn noise_of(noise: &ImuNoise) -> Noise {
 }
 
 impl Setup {
-    /// Readings of the rig's inertial unit from the start of the run to a time; none without a unit. Fails on a motion that ends before.
+    /// Readings of the rig's IMU from the start of the run to a time; none without a unit. Fails on a motion that ends before.
     pub fn imu_samples(&self, end_s: f64) -> Result<Vec<ImuSample>, Error> {
         let Some(imu) = &self.imu else { return Ok(Vec::new()) };
         let key = DrawKey::root(self.resolved.scenario.seed).with(IMU_NUMBER);

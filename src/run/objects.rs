@@ -109,8 +109,10 @@ pub fn lit_objects(
     if count > 0 {
         notes.push(
             match fixed.traced_shadows() {
-                Some(_) => "moving objects shade what stands, themselves and each other, and send it no light back",
-                None => "moving objects shade only themselves and each other, and send no light back",
+                Some(_) => {
+                    "moving objects shade the static scene, themselves and each other, and send no light onto it"
+                }
+                None => "moving objects shade only themselves and each other, and send no light onto the static scene",
             }
             .to_owned(),
         );

@@ -54,7 +54,7 @@ pub struct Setup {
     pub motion: Motion,
     /// What was put right or bridged in the motion's file, for a person.
     pub motion_notes: Vec<String>,
-    /// The inertial unit on the body, if there is one.
+    /// The IMU on the body, if there is one.
     pub imu: Option<Imu>,
     /// Whether the tracker takes its readings.
     pub(super) uses_imu: bool,

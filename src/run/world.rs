@@ -127,7 +127,7 @@ impl World {
         }
     }
 
-    /// What a camera of the rig sees in one exposure, a span a row. `of_still` names the samples of what stands, where a camera stands
+    /// What a camera of the rig sees in one exposure, a span a row. `of_still` names the samples of the static scene, where a camera stands
     /// still under steady light: only what moves is then rendered anew. Fails on a picture that cannot be read any more.
     #[cfg_attr(not(feature = "pictures"), expect(unused_variables, reason = "only pictures have a stream a camera"))]
     pub fn render(

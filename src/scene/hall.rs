@@ -19,7 +19,7 @@ use plan::{
     BAY_M, BAYS, COLUMN_M, CORNICE_M, HALF_LENGTH_M, HALF_WALL_M, HallMaterials, OUTER_M, SAGITTA_M, SPRING_M, STRING_M,
 };
 
-/// HallPictures that the hall is covered with.
+/// Pictures on the surfaces of the hall.
 #[derive(Clone, Debug)]
 pub struct HallPictures {
     /// Columns and slabs.

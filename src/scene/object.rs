@@ -75,7 +75,7 @@ pub struct MovingObject {
 /// A scene at rest and what moves through it.
 #[derive(Clone, Copy, Debug)]
 pub struct DynamicScene<'a> {
-    /// The static scene: what stands, under its light.
+    /// The static scene under its light.
     pub fixed: &'a LitScene,
     /// What moves.
     pub objects: &'a [MovingObject],
@@ -98,7 +98,7 @@ impl<'a> DynamicScene<'a> {
         self.fixed.has_gloss(all) || self.objects.iter().any(|object| object.light.has_gloss(all))
     }
 
-    /// Whether objects shade what stands.
+    /// Whether objects shade the static scene.
     fn casts_shadows(&self) -> bool {
         !self.objects.is_empty() && self.fixed.traced_shadows().is_some()
     }
@@ -125,7 +125,7 @@ impl<'a> DynamicScene<'a> {
 /// The shape of a scene at rest, and what moves through it.
 #[derive(Clone, Copy, Debug)]
 pub struct Shapes<'a> {
-    /// The static scene: what stands.
+    /// The static scene.
     pub fixed: &'a Scene,
     /// What moves.
     pub objects: &'a [MovingObject],

@@ -31,7 +31,7 @@ pub struct SweepFile {
     pub seeds: Option<Numbers>,
     /// Replicates: dies, as a count from 1 on or as a list.
     pub dies: Option<Numbers>,
-    /// Whether every cell also tracks its packets without the inertial unit (figures `cameras_alone.*`).
+    /// Whether every cell also tracks its packets without the IMU (figures `cameras_alone.*`).
     #[serde(default)]
     pub cameras_alone: bool,
     /// Replicates: trajectories, each a name and its keys.

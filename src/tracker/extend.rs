@@ -290,7 +290,7 @@ pub fn refine_rates(map: &mut Map, cameras: &[RigCamera], begun: &Begun) {
     }
 }
 
-/// Adjusts the last keyframes with their landmarks, under what an inertial unit says of them, and culls. Gives the state of the last
+/// Adjusts the last keyframes with their landmarks, under what an IMU says of them, and culls. Gives the state of the last
 /// keyframe.
 pub fn adjust_window(
     map: &mut Map,

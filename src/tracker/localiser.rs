@@ -43,7 +43,7 @@ pub struct Localiser<'a> {
     pub motion: Option<VelocityModel>,
     /// What they say of the pose.
     pub prior: Option<PosePrior>,
-    /// What an inertial unit says of the rate.
+    /// What an IMU says of the rate.
     pub imu_rate: Option<RatePrior>,
     /// Lower bound on the keypoint noise in pixels.
     pub least_px: f64,

@@ -206,7 +206,7 @@ impl Preintegrated {
         self.covariance = carry * self.covariance * carry.transpose() + scaled * scaled.transpose();
     }
 
-    /// The same step with another point of the rigid body as its position, given in the unit's frame; velocities stay the unit's.
+    /// The same step with another point of the rigid body as its position, given in the IMU's frame; velocities stay the IMU's.
     #[must_use]
     pub fn at_point(mut self, point_m: DVec3) -> Self {
         self.position_m += self.rotation * point_m - point_m;

@@ -116,7 +116,7 @@ impl StudentT {
     }
 
     /// The same, no narrower than some pixels. What a corner's position within its pixel adds, pictures at rest repeat and do not show;
-    /// under a narrower law corners that stay where they are outvote those that follow a tremble.
+    /// under a narrower law corners that stay where they are outvote those that follow a small motion.
     #[must_use]
     pub fn no_narrower(self, least_px: f64, inverse_sigmas: impl Iterator<Item = f64>) -> Self {
         // Not beyond the assumed sigma, which whoever tracks exact positions has set small.

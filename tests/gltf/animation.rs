@@ -57,7 +57,7 @@ fn an_animated_node_is_a_part_of_its_own_that_moves_as_its_parents_turn_and_scal
             assert!(error_m < 2e-6, "{t_s} s, corner {number}: {error_m:e} m");
         }
     }
-    // As an object the file has both: what stands first.
+    // As an object the file has both: what no animation moves first.
     let parts =
         Scene::parts_from_gltf("a.glb", &sliding().glb(), &FileUnits::default(), &|_| panic!("no file")).unwrap();
     let found: Vec<_> = parts.iter().map(|part| (part.name.as_str(), part.chain.joints.len())).collect();

@@ -1,4 +1,4 @@
-//! Shadows of moving objects on what stands: as those of the same shape at rest in the scene, and where they fall in time.
+//! Shadows of moving objects on the static scene: as those of the same shape at rest in the scene, and where they fall in time.
 
 use super::*;
 

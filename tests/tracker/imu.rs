@@ -1,4 +1,4 @@
-//! An inertial unit beside the cameras: readings of the synthetic motions by differences, with keyed noise and biases.
+//! An IMU beside the cameras: readings of the synthetic motions by differences, with keyed noise and biases.
 
 use glam::DVec3;
 use sensel::draw::DrawKey;
@@ -21,7 +21,7 @@ const PHONE: Noise = Noise {
     gyroscope_random_walk: 2.66e-5,
     accelerometer_random_walk: 4.33e-4,
 };
-/// What the unit's readings are off by.
+/// What the IMU's readings are off by.
 const BIAS: Bias =
     Bias { gyroscope_rad_per_s: DVec3::new(0.02, -0.015, 0.01), accelerometer_m_per_s2: DVec3::new(0.06, -0.04, 0.05) };
 /// Gravity in the room, whose y points down.
@@ -171,7 +171,7 @@ fn in_the_dark_no_pose_is_given_and_afterwards_the_position_is_known() {
     assert!(score.ate_m < 0.015, "{score:?}");
 }
 
-/// A map of one camera has no metre, but the unit knows it: here the length of the way against the truth's.
+/// A map of one camera has no metre, but the IMU knows it: here the length of the way against the truth's.
 #[test]
 fn one_camera_learns_the_metre_from_its_unit() {
     let world = World { cameras: mono_rig(), features_max: 250, ..World::usual(4) };

@@ -235,7 +235,7 @@ fn rows_have_the_poses_of_the_motion_at_the_middle_of_their_exposure() {
         for (row, line) in lines.enumerate() {
             let fields: Vec<f64> = line.split(',').map(|field| field.parse().unwrap()).collect();
             let [at, t_s, px, py, pz, qx, qy, qz, qw] = fields[..] else { panic!("{line}") };
-            // DESIGN: the frame's time is the middle of the first row's start and the last row's end, and rows follow line by line.
+            // The frame's time is the middle of the first row's start and the last row's end, and rows follow line by line.
             let expected_s = frame.t_s + (f64_from_usize(row) - 31.5) * line_s;
             // The frame's time is rounded to a nanosecond.
             assert!(

@@ -126,9 +126,9 @@ export class Cost {
     }));
     byId("accuracy").hidden = false;
     const [clocked, closed] = rows.slice(-2) as [AccuracyRow, AccuracyRow], cheap = rows[0]!;
-    byId("accuracy-text").textContent = `Rung: the clocks took the sensor ${short(clocked.sensor_ms / closed.sensor_ms, 2)} times as ` +
-      `long as the formula, and ${clocked.max_dn === 0 ? "gave the same codes" : `differ by up to ${clocked.max_dn} DN`}. Knob: one ray took ` +
-      `${short((100 * cheap.ms) / closed.ms, 2)} % of the last row's time, and its codes are ${short(cheap.rms_dn, 2)} DN off.`;
+    byId("accuracy-text").textContent = `Clock by clock the sensor took ${short(clocked.sensor_ms / closed.sensor_ms, 2)} times as long as in ` +
+      `closed form, and its codes ${clocked.max_dn === 0 ? "are the same" : `differ by up to ${clocked.max_dn} DN`}. With one ray a pixel a frame took ` +
+      `${short((100 * cheap.ms) / closed.ms, 2)} % of the last row's time, and its codes are off by ${short(cheap.rms_dn, 2)} DN (RMS).`;
   }
 
   private draw(): void {

@@ -67,7 +67,7 @@ export const controls: Control[] = [
     step: 1, help: "A corner needs nine neighbours in an arc that all differ from its centre by more than this. DN, digital number: " +
       "a step of the code." },
   { id: "word", keys: ["compute.pipeline_bits"], group: "Extractor", label: "Word of a pixel", unit: "bit", scale: "linear", min: 8,
-    max: 12, step: 1, help: "What the extractor computes with. Longer words cost memory and energy; the threshold keeps its share." },
+    max: 12, step: 1, help: "What the extractor computes with. Longer words cost memory and energy; the threshold is scaled with the word." },
   { id: "descriptor", keys: ["compute.descriptor_bits"], group: "Extractor", label: "Descriptor", unit: "bit", scale: "choice",
     choices: [["64", "64 bit"], ["128", "128 bit"], ["192", "192 bit"], ["256", "256 bit"]],
     help: "Comparisons that describe a corner. Fewer save bits on the link; more tell alike corners apart." },

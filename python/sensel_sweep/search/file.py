@@ -135,7 +135,7 @@ class Rung:
     frames: float
     set: dict
     seeds: int
-    # The search's first ones; 0: all of them.
+    # How many of the search's trajectories it uses, from the first on.
     trajectories: int
     # Of a full cell.
     cost: float

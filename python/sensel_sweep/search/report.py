@@ -48,7 +48,7 @@ def write(state: State, others: list[Path]) -> None:
     lines = sentences(state, all_judged, number)
     lines += [line for other in read_others for line in beside.sentences(state.goals, all_judged, other)]
     measured = [(rung, state.agreements[at]) for at, rung in enumerate(state.search.rungs) if at in state.agreements]
-    lines += [f"Rung '{rung.name}': {rungs.reason(rung, found)}." for rung, found in measured]
+    lines += [f"Rung '{rung.name}': {rungs.reason(rung, found, state.goals)}." for rung, found in measured]
     toml = None
     if number is not None:
         toml = design_toml(state, number, lines)
@@ -391,12 +391,12 @@ def progress_section(state: State, line: list[tuple[int, float]]) -> str:
 def importance_section(shares: dict[str, float]) -> str:
     """Which keys mattered."""
     if not shares:
-        few = f"Fewer than {DESIGNS_FOR_IMPORTANCE} designs tell nothing of that."
+        few = f"Not known from fewer than {DESIGNS_FOR_IMPORTANCE} designs."
         return f'<section><h2>Which keys mattered</h2><p class="note">{few}</p></section>'
     rows = [[name, f"{100 * share:.0f} %"] for name, share in shares.items()]
     note = (
         "PED-ANOVA: how far a key's values among the best tenth of the designs differ from those among all, as a share over the keys. It "
-        "tells what told good designs from others in this search, not the size of an effect."
+        "shows which keys distinguished good designs from the others in this search; it is not the size of an effect."
     )
     return f'<section><h2>Which keys mattered</h2>{table(["factor", "share"], rows)}<p class="note">{note}</p></section>'
 

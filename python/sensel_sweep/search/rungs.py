@@ -164,15 +164,18 @@ def measure(state: State, engine: Engine, designs: list[Design]) -> int:
         state.agreements[number] = found
         cost += full_cells(state.search, rung, len(designs))
         if not is_used(rung, found, state.goals):
-            print(f"sensel-sweep: rung '{rung.name}' is left out: {reason(rung, found)}", file=sys.stderr)
+            print(f"sensel-sweep: rung '{rung.name}' is left out: {reason(rung, found, state.goals)}", file=sys.stderr)
     return cost
 
 
-def reason(rung: Rung, found: list[Agreement]) -> str:
+def reason(rung: Rung, found: list[Agreement], goals: Goals) -> str:
     """Why a rung is used or left out."""
     lowest = least(found)
-    if lowest is None:
-        return f"fewer than {DESIGNS_LEAST} designs have figures on it and in full"
+    known = {one.figure for one in found if one.correlation is not None}
+    unknown = [one.figure for one in goals.objectives if one.figure not in known]
+    if unknown or lowest is None:
+        which = " and ".join(unknown) or "any figure"
+        return f"no rank correlation for {which}: fewer than {DESIGNS_LEAST} designs have it on the rung and in full, or all the same value"
     which = next(one for one in found if one.correlation == lowest)
     compared = "at least" if lowest >= rung.correlation else "below"
     return (

@@ -26,7 +26,8 @@ def generator_of(search: SearchFile, turn: int, stream: int) -> numpy.random.Gen
 
 
 def first(search: SearchFile) -> list[dict]:
-    """A Latin hypercube: each range has as many equal parts as there are designs, and each part one of them (McKay 1979)."""
+    """Designs of the first round: a Latin hypercube, in which each range has as many equal parts as there are designs, and each part one of
+    them (McKay 1979); uniform points for the sampler "random"."""
     generator = numpy.random.Generator(numpy.random.PCG64(seed_of(search, 0)))
     if search.sampler == "random":
         shares = generator.random((search.start, len(search.factors)))

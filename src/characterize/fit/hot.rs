@@ -6,7 +6,7 @@
 //! free of what a global shutter's pixel gathers while it waits, and of offsets.
 
 use super::defective::{DefectivePixels, chi_squared_over_freedom};
-use super::parameters::{Fitted, SIGMAS, Untold};
+use super::parameters::{Fitted, SIGMAS, Undetermined};
 use crate::characterize::fits;
 use crate::num::{f64_from_usize, lesser, u64_from};
 use crate::statistics::binomial_interval;
@@ -30,17 +30,22 @@ pub struct HotScale {
 }
 
 /// Appends what the defects tell.
-pub fn append(defects: &DefectivePixels, scale: HotScale, fitted: &mut Vec<Fitted>, untold: &mut Vec<Untold>) {
+pub fn append(
+    defects: &DefectivePixels,
+    scale: HotScale,
+    fitted: &mut Vec<Fitted>,
+    undetermined: &mut Vec<Undetermined>,
+) {
     let seen = hot(defects, scale);
     match &seen {
         Ok(Some(hot)) => fitted.extend(hot.iter().cloned()),
         Ok(None) => fitted.push(of_count("pixel.hot_ppm", defects.hot.len(), defects.pixels, HOT)),
-        Err(reason) => untold.push(Untold::new("pixel.hot_ppm", reason)),
+        Err(reason) => undetermined.push(Undetermined::new("pixel.hot_ppm", reason)),
     }
     if !matches!(seen, Ok(Some(_))) {
         let few =
             format!("{} hot pixels are too few, or too weak, for the spread of their dark current", defects.hot.len());
-        untold.push(Untold::new("pixel.hot_dark_e_per_s", seen.err().unwrap_or(few)));
+        undetermined.push(Undetermined::new("pixel.hot_dark_e_per_s", seen.err().unwrap_or(few)));
     }
     fitted.push(of_count(
         "pixel.dead_ppm",

@@ -20,14 +20,14 @@ pub struct Fitted {
 
 /// A parameter that they do not tell.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Untold {
+pub struct Undetermined {
     /// Key of the sensor file.
     pub key: &'static str,
     /// Why.
     pub reason: String,
 }
 
-impl Untold {
+impl Undetermined {
     /// A parameter with the reason.
     pub fn new(key: &'static str, reason: impl Into<String>) -> Self {
         Self { key, reason: reason.into() }

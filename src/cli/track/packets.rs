@@ -13,7 +13,7 @@ use sensel::link::{Decoder, LinkCounts, Received};
 use sensel::num::{u64_from, u64_half_even};
 use sensel::run::{Host, SensorSetup};
 
-use super::brought::Brought;
+use super::rig_frame::RigFrame;
 
 /// Bytes that are read at once.
 const PIECE_BYTES: usize = 1 << 20;
@@ -52,7 +52,7 @@ impl<'a> Packets<'a> {
         counts
     }
 
-    fn bring(&mut self) -> Result<Option<Brought>, Error> {
+    fn next_frame(&mut self) -> Result<Option<RigFrame>, Error> {
         let mut next = None;
         for stream in &mut self.streams {
             let number = stream.next_number(self.sensor)?;
@@ -69,15 +69,15 @@ impl<'a> Packets<'a> {
         let frame = self.host.receive(self.sensor, &mut self.extractors, (number, received))?;
         let timestamp_ns = u64_half_even(frame.input.t_s * 1e9);
         let number = u32::try_from(number).unwrap_or(u32::MAX);
-        Ok(Some(Brought { number, timestamp_ns, features: frame.input.features, clocks: frame.input.clocks }))
+        Ok(Some(RigFrame { number, timestamp_ns, features: frame.input.features, clocks: frame.input.clocks }))
     }
 }
 
 impl Iterator for Packets<'_> {
-    type Item = Result<Brought, Error>;
+    type Item = Result<RigFrame, Error>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        self.bring().transpose()
+        self.next_frame().transpose()
     }
 }
 

@@ -14,7 +14,7 @@ use sensel::num::u32_from;
 use sensel::plane::Plane;
 use sensel::tracker::CameraCalibration;
 
-use super::brought::Brought;
+use super::rig_frame::RigFrame;
 
 /// Pictures of two cameras this near in time are one frame of the rig.
 const PAIR_NS_MAX: u64 = 1_000_000;
@@ -41,7 +41,7 @@ impl<'a> PictureStream<'a> {
         self.together.len()
     }
 
-    fn bring(&mut self, indices: &[usize]) -> Result<Brought, Error> {
+    fn next_frame(&mut self, indices: &[usize]) -> Result<RigFrame, Error> {
         let mut features: Vec<Vec<Feature>> = Vec::new();
         for (camera, &frame) in indices.iter().enumerate() {
             let (codes, bits) = self.load(camera, frame)?;
@@ -52,7 +52,7 @@ impl<'a> PictureStream<'a> {
         }
         // Recordings do not say when their rows were exposed.
         let timestamp_ns = self.frames[0][indices[0]].timestamp_ns;
-        Ok(Brought { number: u32_from(indices[0]), timestamp_ns, features, clocks: Vec::new() })
+        Ok(RigFrame { number: u32_from(indices[0]), timestamp_ns, features, clocks: Vec::new() })
     }
 
     fn load(&self, camera: usize, frame: usize) -> Result<(Plane<u16>, u32), Error> {
@@ -68,11 +68,11 @@ impl<'a> PictureStream<'a> {
 }
 
 impl Iterator for PictureStream<'_> {
-    type Item = Result<Brought, Error>;
+    type Item = Result<RigFrame, Error>;
 
     fn next(&mut self) -> Option<Self::Item> {
         let indices = self.together.next()?;
-        Some(self.bring(&indices))
+        Some(self.next_frame(&indices))
     }
 }
 

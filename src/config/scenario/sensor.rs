@@ -42,9 +42,9 @@ sections! {
     }
     /// Photodiode to column line.
     Pixel {
-        /// "3T", "4T", "5T", "6T".
+        /// Transistors of the pixel: "3T", "4T", "5T", "6T".
         kind as "type": String,
-        /// Above 0 to 100.
+        /// Distance of neighbouring pixels in um, above 0 to 100.
         pitch_um: f64,
         /// Photoelectrons a photon that meets the photodiode, 0 to 1, alike in all bands. Of monochrome arrays.
         quantum_efficiency: Option<f64>,
@@ -55,21 +55,21 @@ sections! {
         qe_by_filter: Option<std::collections::BTreeMap<String, Vec<f64>>>,
         /// Share of the pixel that collects light, 1e-6 to 1.
         fill_factor: f64,
-        /// At the column, source follower included, 0.001 to 1000.
+        /// Conversion gain at the column in uV/e-, source follower included, 0.001 to 1000.
         conversion_gain_uv_per_e: f64,
-        /// 1 to 1e9.
+        /// Full well in e-, 1 to 1e9.
         full_well_e: f64,
-        /// At 300 K, 0 or more.
+        /// Mean dark current at 300 K in e-/s, 0 or more.
         dark_current_e_per_s: f64,
-        /// Step of temperature over which dark current doubles, 0.001 to 100.
+        /// Step of temperature in K over which dark current doubles, 0.001 to 100.
         dark_doubling_k: f64,
-        /// After CDS, at the ADC's input, 0 or more.
+        /// Read noise after CDS in uV at the ADC's input, 0 or more.
         read_noise_uv: f64,
-        /// Overrides sqrt(A k T g / q).
+        /// Reset noise in uV, in place of sqrt(A k T g / q).
         ktc_noise_uv: Option<f64>,
         /// Standard deviation of the response over pixels, 0 to 0.15.
         prnu: f64,
-        /// Standard deviation of the dark signal over pixels, 0 or more.
+        /// Standard deviation of the dark signal over pixels in e-, 0 or more.
         dsnu_e: f64,
         /// Sigma of the dark current over pixels relative to its mean (lognormal), 0 to 2.
         dcnu: f64,
@@ -118,35 +118,35 @@ sections! {
     }
     /// Column converters.
     Adc {
-        /// 1 to 16.
+        /// Bits of a code, 1 to 16.
         bits: u32,
-        /// Of the ramp's counter.
+        /// Clock of the ramp's counter in Hz.
         clock_hz: u64,
-        /// Span of the ramp at gain 1; over the gain 100 uV to 10 V.
+        /// Span of the ramp at gain 1 in uV; divided by the gain 100 uV to 10 V.
         full_scale_uv: f64,
         /// A gain of 2 halves the ramp's span; 0.001 to 1000.
         gain: f64,
-        /// Pedestal, below the greatest code; not written: a sixteenth of the codes, at any depth.
+        /// Pedestal of all codes in DN, below the greatest code; not written: a sixteenth of the codes, at any depth.
         black_level_dn: Option<u32>,
-        /// Standard deviation over columns, before CDS.
+        /// Standard deviation of the columns' offsets in uV, before CDS.
         column_offset_uv: f64,
-        /// Standard deviation over columns that CDS leaves.
+        /// Standard deviation of the columns' offsets that CDS leaves, in uV.
         column_offset_residual_uv: f64,
         /// Standard deviation of the gain over columns, 0 to 0.15.
         column_gain_sigma: f64,
         /// Clocks of the reset conversion.
         reset_counts: u32,
-        /// Before the reset conversion.
+        /// Settling time before the reset conversion in us.
         settle_reset_us: f64,
-        /// Before the signal conversion.
+        /// Settling time before the signal conversion in us.
         settle_signal_us: f64,
-        /// "linear", "piecewise" or "table".
+        /// Shape of the ramp: "linear", "piecewise" or "table".
         ramp: String,
-        /// "none", "analog", "digital".
+        /// Correlated double sampling: "none", "analog", "digital".
         cds: String,
         /// Of a piecewise ramp: [share of the counts, share of the span], both rising from above 0 to below 1; at most 64.
         ramp_points: Vec<[f64; 2]>,
-        /// Of a table ramp: level of each edge 1 to 2^bits - 1 in uV at gain 1, not falling.
+        /// Of a table ramp: its levels 1 to 2^bits - 1 in uV at gain 1, not falling.
         ramp_table_uv: Vec<f64>,
         /// Greatest deviation of the ramp from its shape in LSB, in the middle of a bow, -64 to 64.
         ramp_inl_lsb: f64,
@@ -163,7 +163,7 @@ sections! {
         supply_ripple_hz: f64,
         /// Noise of the comparator in uV, one draw a conversion and column, besides the read noise, 0 to 1e6.
         comparator_noise_uv: f64,
-        /// Clocks between the ramp's crossing and the comparator's output transition, 0 to 1000.
+        /// Clocks from the ramp's passing the column's level to the comparator's output transition, 0 to 1000.
         comparator_delay_clk: u32,
         /// Sigma of that delay over the columns of the die in clocks, 0 to 100.
         comparator_delay_sigma_clk: f64,
@@ -245,7 +245,7 @@ sections! {
         hdr: String,
         /// Exposures of a frame, 2 to 4.
         hdr_exposures: u32,
-        /// Each exposure over the next shorter one, above 1 to 1024.
+        /// Ratio of each exposure to the next shorter one, 1.001 to 1024.
         hdr_exposure_ratio: f64,
         /// Depth to which merged codes are companded, 8 to 16, where they need more. Not written: the converter's depth, 8 at least.
         hdr_bits: Option<u32>,

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 sections! {
     /// What is looked at: exactly one of `file`, `generator`, `target`, `images`.
     Scene {
-        /// A glTF binary in the scenario's folder.
+        /// A glTF file (.glb or .gltf) in the scenario's folder.
         file: Option<String>,
         /// Metres of a unit of the file, 1e-6 to 1e6: glTF says metres, a file in centimetres needs 0.01.
         scale: f64,
@@ -31,11 +31,11 @@ sections! {
         /// A folder in that of the pictures with their depth, one file a picture: grey 16-bit PNG or channel Z of OpenEXR. Without it,
         /// channel Z of the pictures.
         images_depth: Option<String>,
-        /// Steps of a metre in PNG files of depth (1000: millimetres; TUM has 5000), 1 to 1,000,000.
+        /// Codes a metre in PNG files of depth (1000: a code is a millimetre; TUM has 5000), 1 to 1,000,000.
         images_depth_per_m: f64,
-        /// On a horizontal plane at the camera's start; for targets, on the target's plane. Above 0, to 200,000.
+        /// Illuminance in lux on a horizontal plane at the camera's start; for targets, on the target's plane. Above 0, to 200,000.
         illuminance_lux: f64,
-        /// "D65", "A", "E", "FL11", "LED-B3", "D55", "FL2", "LED-B4", "LED-B5".
+        /// Spectrum of the light: "D65", "A", "E", "FL11", "LED-B3", "D55", "FL2", "LED-B4", "LED-B5".
         illuminant: Option<String>,
         /// Instead of `illuminant`: a black body of this temperature in kelvin, 1000 to 20000.
         blackbody_k: Option<f64>,
@@ -49,7 +49,8 @@ sections! {
         sky: Sky,
         /// Lamps beside those that the scene has.
         lamp: Vec<crate::scene::Lamp>,
-        /// Rigid objects that move, up to 64. They receive light and shade what stands, but not each other, and send no light back.
+        /// Rigid objects that move, up to 256 with the parts that animations move. They receive light and shade themselves, each other and
+        /// (not with `shadows = "baked"`) the static scene. They send no light onto the static scene.
         object: Vec<SceneObject>,
         /// How lamps flicker.
         flicker: FlickerKeys,
@@ -142,8 +143,8 @@ sections! {
         kind: Option<String>,
         /// Time in the trajectory at which the run starts, counted from its first pose. 0 to 10,000.
         start_s: f64,
-        /// Factor on the translation of a file, of control poses and of the sway, 1e-9 to 100. Walk, run and tremble state their
-        /// own metres.
+        /// Factor on the translation of a file, of control poses and of the sway, 1e-9 to 100. Walk, run and oscillation are in
+        /// metres already.
         scale: f64,
         /// Position of the trajectory's first pose of the run (or of a still rig) in the scene.
         offset_m: [f64; 3],
@@ -156,28 +157,28 @@ sections! {
         pose: Option<Vec<MotionPose>>,
         /// Where "walk" and "run" lead: "line", "circle" (to the left) or "loop" (a figure of eight).
         path: String,
-        /// Of the circle, or of a circle around the loop; 0.1 to 10,000.
+        /// Radius of the circle, or of a circle around the loop, in metres, 0.1 to 10,000.
         radius_m: f64,
-        /// Of "walk" and "run", above 0 to 20; not given: 1.4 walking, 3.0 running.
+        /// Speed of "walk" and "run" in m/s, above 0 to 20; not given: 1.4 walking, 3.0 running.
         speed_m_per_s: Option<f64>,
-        /// Mean of "walk" and "run", 0.5 to 4; not given: 2.0 walking, 2.7 running.
+        /// Mean steps a second of "walk" and "run", 0.5 to 4; not given: 2.0 walking, 2.7 running.
         step_rate_hz: Option<f64>,
         /// Standard deviation of the step rate from step to step, 0 to 0.3.
         step_rate_sd_hz: f64,
         /// Names the draws of "walk" and "run": another number, another walk.
         seed: u64,
-        /// Of "spin", to the right; -1,800 to 1,800.
+        /// Rate of "spin" in degrees a second, to the right; -1,800 to 1,800.
         rate_deg_per_s: f64,
-        /// Height of a sine that a still rig trembles by, 0 to 1,000; 0: none.
+        /// Amplitude in millimetres of a sine along which a still rig oscillates, 0 to 1,000; 0: none.
         oscillation_mm: f64,
-        /// Its frequency, 0.01 to 50.
+        /// Frequency of that oscillation in Hz, 0.01 to 50.
         oscillation_hz: f64,
-        /// Its axis, of the still body: "x", "y" or "z".
+        /// Axis of that oscillation in the still body's frame: "x", "y" or "z".
         oscillation_axis: String,
     }
     /// A rigid object that moves.
     SceneObject {
-        /// A glTF binary in the scenario's folder. A model stands with y up and looks along +z, as glTF says.
+        /// A glTF file (.glb or .gltf) in the scenario's folder. A model stands with y up and looks along +z, as glTF says.
         file: String,
         /// As reports call it; the file's name if not given.
         name: Option<String>,
@@ -249,11 +250,11 @@ sections! {
         camera: Option<Vec<RigCamera>>,
         /// Rotation from the rig (x right, y down, z forward) into the body that the trajectory describes, quaternion x y z w.
         body_from_rig: [f64; 4],
-        /// Preset of the inertial unit: "mems_phone", "adis16448", "ideal" (no noise) or "none".
+        /// Preset of the IMU: "mems_phone", "adis16448", "ideal" (no noise) or "none".
         imu: String,
         /// Readings a second, 1 to 10,000.
         imu_rate_hz: f64,
-        /// Position of the inertial unit in the rig, each within 10,000; its axes are the body's.
+        /// Position of the IMU in the rig, each within 10,000; its axes are the body's.
         imu_position_mm: [f64; 3],
     }
     /// A camera of the rig. Without an orientation it looks along the rig's z axis.

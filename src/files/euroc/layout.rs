@@ -18,10 +18,10 @@ pub struct EurocCamera {
     pub lens: Lens,
 }
 
-/// An inertial unit as its `sensor.yaml` states it.
+/// An IMU as its `sensor.yaml` states it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EurocImu {
-    /// `T_BS`: where the unit sits on the body.
+    /// `T_BS`: where the IMU sits on the body.
     pub body_from_imu: Pose,
     /// Rate and noise densities.
     pub noise: ImuNoise,

@@ -54,7 +54,7 @@ pub struct EurocReader {
     imu: Option<ImuFolder>,
 }
 
-/// An inertial unit's folder.
+/// An IMU's folder.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImuFolder {
     /// Its calibration.
@@ -97,7 +97,7 @@ impl EurocReader {
         self.ground_truth.as_deref()
     }
 
-    /// The first inertial unit, if the folder has one.
+    /// The first IMU, if the folder has one.
     pub fn imu(&self) -> Option<&ImuFolder> {
         self.imu.as_ref()
     }

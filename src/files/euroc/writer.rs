@@ -22,9 +22,9 @@ use crate::units::{CameraIndex, Size};
 pub struct ImuReading {
     /// Time of the run.
     pub timestamp_ns: u64,
-    /// In the unit's frame.
+    /// In the IMU's frame.
     pub angular_velocity_rad_per_s: DVec3,
-    /// Specific force in the unit's frame.
+    /// Specific force in the IMU's frame.
     pub acceleration_m_per_s2: DVec3,
 }
 
@@ -66,7 +66,7 @@ fn numbers(timestamp_ns: u64, values: &[f64]) -> String {
 }
 
 impl EurocWriter {
-    /// Makes `dir/mav0` with the folders and `sensor.yaml` of every camera, of the inertial unit if there is one, and of the
+    /// Makes `dir/mav0` with the folders and `sensor.yaml` of every camera, of the IMU if there is one, and of the
     /// ground truth.
     pub fn create(dir: &Path, cameras: &[EurocCamera], imu: Option<&EurocImu>) -> Result<Self, Error> {
         let root = dir.join("mav0");
@@ -104,9 +104,9 @@ impl EurocWriter {
         table.line(&format!("{timestamp_ns},{name}"))
     }
 
-    /// Lists an inertial reading. Panics if the folder was made without an inertial unit.
+    /// Lists an inertial reading. Panics if the folder was made without an IMU.
     pub fn add_imu(&mut self, reading: &ImuReading) -> Result<(), Error> {
-        let table = self.imu.as_mut().expect("the folder was made with an inertial unit");
+        let table = self.imu.as_mut().expect("the folder was made with an IMU");
         let (w, a) = (reading.angular_velocity_rad_per_s, reading.acceleration_m_per_s2);
         table.line(&numbers(reading.timestamp_ns, &[w.x, w.y, w.z, a.x, a.y, a.z]))
     }

@@ -68,7 +68,7 @@ fn meaning(kept: KeptOutput, setup: &Setup) -> Value {
             }),
         } }),
         KeptOutput::Objects => json!({ "png": {
-            "0": "what stands, or nothing",
+            "0": "the static scene, or nothing",
             "names_from_1": setup.world.dynamic_scene().map_or_else(Vec::new, |scene| {
                 let firsts = scene.objects.chunk_by(|a, b| a.instance == b.instance).map(|parts| &parts[0]);
                 firsts.map(|object| object.name.as_str()).collect::<Vec<_>>()

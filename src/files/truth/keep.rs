@@ -26,7 +26,7 @@ named! {
         Normals = "normals",
         /// Materials of the surfaces.
         Materials = "materials",
-        /// Number of the moving object from 1 in the order of the scenario, 0 for what stands.
+        /// Number of the moving object from 1 in the order of the scenario, 0 for the static scene.
         Objects = "objects",
         /// Displacement to the next frame.
         Flow = "flow",

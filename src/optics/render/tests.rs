@@ -37,7 +37,7 @@ fn turning(t_s: f64) -> Pose {
 
 #[test]
 fn one_lux_on_white_gives_the_photons_of_the_design_at_the_centre() {
-    // DESIGN states three digits; 0.5 % is asked for, and the arithmetic itself is good to f32 (1e-6).
+    // The expected value has three digits; 0.5 % is asked for, and the arithmetic itself is good to f32 (1e-6).
     for (pupil, expected) in [(Pupil::ThinLens, 57.6), (Pupil::Aplanatic, 61.2)] {
         let scene = target::flat(1.0).unwrap().evenly_lit(1.0, Illuminant::D65);
         let camera = camera(pupil, RollOff::Cos4);

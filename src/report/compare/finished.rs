@@ -14,6 +14,6 @@ pub struct FinishedRun {
     pub truth: Vec<TimedPose>,
     /// `trajectory_est.tum`: one pose a tracked frame, in the tracker's own world.
     pub estimate: Vec<TimedPose>,
-    /// `trajectory_cameras_alone.tum`: the same without the inertial unit, where the rig has one.
+    /// `trajectory_cameras_alone.tum`: the same without the IMU, where the rig has one.
     pub cameras_alone: Option<Vec<TimedPose>>,
 }

@@ -12,8 +12,8 @@ const DECIDING_SHARE: f64 = 0.01;
 pub(super) fn energy(report: &Report) -> String {
     let energy = &report.energy;
     let lead = format!(
-        "{} a frame in technology {}, of which {} mW flow whether or not anything happens. Whiskers hold the truth \
-         with 95 % confidence.",
+        "{} a frame in technology {}, of which {} mW flow whether or not anything happens. Whiskers: 95 % ranges from \
+         the uncertainty of constants and model.",
         si_within(energy.total_pj_per_frame * 1e-12, "J", factor_of(energy.total_interval)),
         energy.technology,
         digits_within(energy.static_power_mw, factor_of(energy.total_interval))

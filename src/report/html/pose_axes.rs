@@ -31,7 +31,7 @@ fn over_time(report: &Report, value: impl Fn(&FrameRecord) -> Option<f64>) -> Ve
     runs_of(report.frames.iter().map(|frame| (frame.t_s, value(frame))))
 }
 
-/// Fused and cameras alone side by side; empty where the rig has no inertial unit.
+/// Fused and cameras alone side by side; empty where the rig has no IMU.
 pub(super) fn fused_and_alone(report: &Report) -> String {
     let Some(alone) = &report.cameras_alone else { return String::new() };
     let fused = &report.tracking;
@@ -70,8 +70,9 @@ pub(super) fn fused_and_alone(report: &Report) -> String {
             cell(of_fused, "tracking")
         )
     };
-    let heads = "figure|#cameras alone|#fused with the inertial unit";
+    let heads = "figure|#cameras alone|#fused with the IMU";
     let table = table("", "", heads, &rows.iter().map(row).collect::<String>());
-    let lead = "The same packets, tracked twice. The inertial unit smooths the pose, so the cameras alone show what the sensor does.";
+    let lead =
+        "The same packets, tracked twice. The IMU smooths the pose, so the cameras alone show what the sensor does.";
     section("Cameras alone and fused", lead, &table)
 }

@@ -2,6 +2,7 @@
 
 use crate::report::html::energy::factor_of;
 use crate::report::html::text::{digits, digits_within, escaped, grouped, percent, si, si_parts};
+use crate::report::html::verdict::RENDER_MAX;
 use crate::report::record::Report;
 
 pub(super) fn tiles(report: &Report) -> String {
@@ -98,12 +99,12 @@ fn tile(name: &str, value: Option<(String, String)>, meaning: &str) -> String {
     format!("<div class=\"tile\"><dt>{name}</dt><dd>{value}<p>{meaning}</p></dd></div>")
 }
 
-/// Says so where the renderer's own noise stands above the photons', because then it stands in every error of the pose as well.
+/// Says so where the renderer's own noise is no small part of the photons', because it is in every error of the pose as well.
 fn render_share(report: &Report) -> String {
     match report.scenario.render_variance_ratio {
-        Some(ratio) if ratio > 1.0 => format!(
+        Some(ratio) if ratio > RENDER_MAX => format!(
             " The render\u{2019}s variance is {} times the photons\u{2019}: much of this is the renderer\u{2019}s; \
-             more samples a pixel would show the sensor.",
+             use a lower run.render_tolerance.",
             digits(ratio)
         ),
         _ => String::new(),

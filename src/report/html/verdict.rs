@@ -9,7 +9,7 @@ const TRACKED_MIN: f64 = 0.95;
 /// Mean code above black, as a share of the range, of a picture that is neither dark nor bright.
 const EXPOSED: [f64; 2] = [0.05, 0.8];
 /// Render variance over photon variance up to which the figures are the sensor's.
-const RENDER_MAX: f64 = 0.4;
+pub(super) const RENDER_MAX: f64 = 0.4;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Answer {
@@ -58,7 +58,7 @@ fn keeps_up(report: &Report) -> Verdict {
     }
     let over = grouped(f64_from_u64(clocks.frames_over));
     let words = format!(
-        "{required} clocks are needed of a frame\u{2019}s {available}; {over} frames of a camera needed more than there are. Use {}.",
+        "{required} clocks are needed of a frame\u{2019}s {available}; {over} camera frames needed more clocks than a frame has. Use {}.",
         clocks.remedy
     );
     (Answer::No, words)

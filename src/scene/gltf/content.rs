@@ -39,7 +39,7 @@ pub struct MovingPart {
 }
 
 pub struct Content {
-    /// Geometry and materials of what stands.
+    /// Geometry and materials of what no animation moves.
     pub mesh: Mesh,
     /// What the file's animation moves.
     pub moving: Vec<MovingPart>,

@@ -1,4 +1,4 @@
-//! Head motion in walking, running, turning and trembling, from published figures of gait. Computes the pose of a camera as a function of
+//! Head motion in walking, running, turning and oscillating, from published figures of gait. Computes the pose of a camera as a function of
 //! time. Its frame has y up; the body is the rig (x right, y down, z forward) and looks along the path, along -z at first.
 //!
 //! A head in gait bobs once a step and sways once in two; its pitch compensates the bob, so that it stays on a target

@@ -1,4 +1,4 @@
-//! An inertial measurement unit on the body. Computes angular rates and specific forces at the unit's position, with Kalibr's noise: white
+//! An inertial measurement unit on the body. Computes angular rates and specific forces at the IMU's position, with Kalibr's noise: white
 //! noise of density sigma, and random-walk biases.
 
 use glam::DVec3;
@@ -77,9 +77,9 @@ pub struct Imu {
 pub struct ImuSample {
     /// Time of the run.
     pub t_s: f64,
-    /// The unit's frame, bias and noise included.
+    /// The IMU's frame, bias and noise included.
     pub angular_velocity_rad_per_s: DVec3,
-    /// Specific force in the unit's frame (at rest: gravity's opposite), bias and noise included.
+    /// Specific force in the IMU's frame (at rest: gravity's opposite), bias and noise included.
     pub acceleration_m_per_s2: DVec3,
     /// Bias within the reading.
     pub gyroscope_bias_rad_per_s: DVec3,

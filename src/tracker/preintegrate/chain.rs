@@ -32,7 +32,7 @@ const LINKS_MAX: usize = 50;
 const GRAVITY_SHARE_MAX: f64 = 0.02;
 /// The filter's velocity is not taken for better than this, in m/s.
 const VELOCITY_SIGMA: f64 = 0.005;
-/// Unknowns that the window shares: two biases, gravity, logarithm of the unit.
+/// Unknowns that the window shares: two biases, gravity, logarithm of the map's unit.
 const SHARED: usize = 10;
 /// Their variance's floor: a unit known by definition must leave the matrix regular.
 const VARIANCE_FLOOR: f64 = 1e-12;
@@ -109,7 +109,7 @@ impl ImuFilter {
         Prior::of_information(first, 6 * poses, (system.matrix, system.rhs))
     }
 
-    /// The body's position and the unit's axes at a keyframe, in metres.
+    /// The body's position and the IMU's axes at a keyframe, in metres.
     fn metric(&self, unit: f64, node: &WindowKeyframe) -> Pose {
         let pose = node.body_from_world.inverse().then(&self.axes());
         Pose { translation_m: pose.translation_m / unit, ..pose }

@@ -127,7 +127,7 @@ impl ImuFilter {
         Some(readings)
     }
 
-    /// The unit's axes at the body's origin: so no arm of some metres enters a map that has no metre.
+    /// The IMU's axes at the body's origin: so no arm of some metres enters a map that has no metre.
     pub(super) fn axes(&self) -> Pose {
         Pose { translation_m: DVec3::ZERO, ..self.calibration.body_from_imu }
     }

@@ -4,7 +4,7 @@ use sensel::compute::Feature;
 use sensel::tracker::RowClock;
 
 /// One frame of the rig, as a recording brings it.
-pub struct Brought {
+pub struct RigFrame {
     /// From 0: the run's for packets, the first camera's file for pictures.
     pub(super) number: u32,
     pub(super) timestamp_ns: u64,
