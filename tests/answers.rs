@@ -125,6 +125,155 @@ fn one_table_has_every_way_of_sending_and_each_row_is_what_its_own_scenario_give
     assert!(text.contains("what is sent") && text.contains("both, rows every 4th frame"), "{text}");
 }
 
+/// A sensor of 400 x 400 at 200 frames a second, unlike any preset.
+fn square(set: &[&str]) -> Vec<String> {
+    let own = [
+        "sensor.preset=paper_6t_vga",
+        "sensor.width=400",
+        "sensor.height=400",
+        "sensor.readout.hts=900",
+        "sensor.readout.pixel_rate_hz=100000000",
+        "sensor.readout.frame_rate_hz=200",
+        "sensor.readout.exposure_us=1000",
+        "compute.clock_hz=100000000",
+        "link.mode=both",
+    ];
+    own.iter().chain(set).flat_map(|key| ["--set".to_owned(), (*key).to_owned()]).collect()
+}
+
+fn answer(verb: &[&str], set: &[&str]) -> Value {
+    let set = square(set);
+    json(&verb.iter().copied().chain(set.iter().map(String::as_str)).chain(["--json"]).collect::<Vec<_>>())
+}
+
+#[test]
+fn a_deep_fifo_carries_no_more_than_the_lanes_do() {
+    let lanes = ["link.mode=frames", "link.lanes=1", "link.frequency_hz=60000000"];
+    let refused_with = |rows: &str| {
+        let fifo = format!("link.fifo_rows={rows}");
+        let set = square(&[&lanes[..], &[&fifo]].concat());
+        let refused = sensel(&[&["timing"][..], &set.iter().map(String::as_str).collect::<Vec<_>>()].concat());
+        assert_eq!(refused.code, 2, "{rows} rows: {refused:?}");
+        refused.stderr
+    };
+    // 400 rows of 500 bytes and their bursts on 120 Mbit/s take 13 ms of a frame's 5.
+    let stderr = refused_with("400");
+    assert!(stderr.contains("need") && stderr.contains("use "), "{stderr}");
+    let rate = stderr.split("use ").nth(1).unwrap().split(' ').next().unwrap().to_owned();
+    let slower = format!("sensor.readout.frame_rate_hz={rate}");
+    let timing = answer(&["timing"], &[&lanes[..], &["link.fifo_rows=400", &slower]].concat());
+    let rate: f64 = rate.parse().unwrap();
+    let payload_bits = 400.0 * 400.0 * 10.0;
+    assert!(rate * payload_bits < 120e6 && rate * payload_bits > 0.8 * 120e6, "{rate} Hz");
+    let last = timing["waterfall"]["frame"].as_array().unwrap().iter().find(|step| step["step"] == "link").unwrap();
+    assert!(last["slack_us"].as_f64().unwrap() >= 0.0, "{last}");
+    refused_with("100");
+}
+
+#[test]
+fn a_period_that_is_too_short_to_sleep_is_refused_and_the_one_that_is_named_works() {
+    let sleeping = ["energy.sleep_period_ms=20", "energy.wake_us=15001"];
+    let set = square(&sleeping);
+    let words: Vec<&str> = ["power", "--estimate"].into_iter().chain(set.iter().map(String::as_str)).collect();
+    let refused = sensel(&words);
+    assert_eq!(refused.code, 2, "{refused:?}");
+    let least = refused.stderr.split("take ").nth(1).unwrap().split(' ').next().unwrap();
+    let period = format!("energy.sleep_period_ms={least}");
+    let power = answer(&["power", "--estimate"], &[&period, sleeping[1]]);
+    let bias_ms = |power: &Value| {
+        let entries = power["energy"]["entries"].as_array().unwrap();
+        let bias = entries.iter().find(|entry| entry["name"] == "column_bias").unwrap_or_else(|| panic!("{entries:?}"));
+        bias["times_per_frame"].as_f64().unwrap()
+    };
+    // All bias flows while the sensor wakes up.
+    let streaming = bias_ms(&answer(&["power", "--estimate"], &[]));
+    assert!((bias_ms(&power) - streaming - 15.001).abs() < 1e-3, "{} and {streaming} ms", bias_ms(&power));
+}
+
+#[test]
+fn an_estimate_has_the_extractor_s_work_on_as_many_features_as_it_names() {
+    let compute = |features: &str| {
+        let power = answer(&["power", "--estimate"], &[&format!("compute.target_features={features}")]);
+        power["energy"]["blocks"]["compute"].as_f64().unwrap()
+    };
+    let (few, some, many) = (compute("20"), compute("500"), compute("980"));
+    // In proportion to their number.
+    assert!(some > 1.2 * few && ((many - some) / (some - few) - 1.0).abs() < 0.01, "{few} {some} {many}");
+}
+
+#[test]
+fn features_of_pictures_that_no_packet_carries_have_a_power() {
+    let power = answer(&["power", "--estimate"], &["link.mode=features", "sensor.width=402"]);
+    assert_eq!(power["link"]["raw_mw"], Value::Null);
+    assert!(power["not_measurable"]["link.raw_mw"].is_string() && power["link"]["feature_mw"].as_f64().unwrap() > 0.0);
+    let left_out = power["alternatives"]["left_out"].as_array().unwrap();
+    assert!(left_out.iter().any(|way| way["name"] == "raw"), "{left_out:?}");
+    // The key is the one that a user wrote.
+    let window = square(&["sensor.readout.window=[0,0,202,400]"]);
+    let refused = sensel(&[&["timing"][..], &window.iter().map(String::as_str).collect::<Vec<_>>()].concat());
+    assert!(refused.stderr.contains("sensor.readout.window = [0, 0, 202, 400]"), "{refused:?}");
+}
+
+#[test]
+fn the_row_of_what_a_run_sent_has_the_run_s_figures_and_its_host_serves_all_cameras() {
+    let of = |set: &[&str]| {
+        let set: Vec<&str> = set.iter().flat_map(|key| ["--set", key]).collect();
+        let folder = Scratch::new("answers-run");
+        let small =
+            ["run", "box", "--frames", "4", "--json", "--set", "scene.bake=direct", "--set", "sensor.width=320"];
+        let out = folder.join("out");
+        let words = [&small[..], &["--set", "sensor.height=240", "--out", &out], &set].concat();
+        json(&words)
+    };
+    let report = of(&["link.mode=features"]);
+    let rows = report["alternatives"]["rows"].as_array().unwrap();
+    let own = rows.iter().find(|row| row["is_run"] == true).unwrap();
+    let near = |found: &Value, expected: &Value, factor: f64| {
+        let (found, expected) = (found.as_f64().unwrap(), factor * expected.as_f64().unwrap());
+        assert!((found / expected - 1.0).abs() < 1e-6, "{found} for {expected}");
+    };
+    near(&own["link_mbit_per_s"], &report["bandwidth"]["link_bits_per_s"], 1e-6);
+    near(&own["latency_us"], &report["timing"]["latency_us"], 1.0);
+    near(&own["pose_us"], &report["timing"]["waterfall"]["pose_us"], 1.0);
+    let extraction_us = |report: &Value| {
+        let steps = report["timing"]["waterfall"]["frame"].as_array().unwrap();
+        let step = steps.iter().find(|step| step["step"] == "host extraction").unwrap();
+        step["end_us"].as_f64().unwrap() - step["start_us"].as_f64().unwrap()
+    };
+    // 320 x 240 pixels at 20 clocks of 370 MHz.
+    let one_us = 76_800.0 * 20.0 / 370.0;
+    let (pair, single) = (of(&["link.mode=frames"]), of(&["link.mode=frames", "rig.baseline_mm=0.0"]));
+    assert!((extraction_us(&single) / one_us - 1.0).abs() < 1e-9 && single["timing"]["waterfall"]["cameras"] == 1);
+    assert!((extraction_us(&pair) / one_us - 2.0).abs() < 1e-9 && pair["timing"]["waterfall"]["cameras"] == 2);
+}
+
+#[test]
+fn a_stalled_readout_makes_the_extractor_s_frame_longer_and_hardware_does_not_shrink_with_a_window() {
+    let set = ["link.fifo_rows=4", "link.when_full=stall", "link.lanes=1", "link.frequency_hz=60000000"];
+    let set = [&set[..], &["sensor.readout.frame_rate_hz=30"]].concat();
+    let timing = answer(&["timing"], &set);
+    let stalled_us = timing["stalled_us"].as_f64().unwrap();
+    let spare = |timing: &Value| {
+        let clocks = &timing["extractor"];
+        (clocks["available_clk"].as_f64().unwrap() - clocks["required_clk"].as_f64().unwrap()) / 100.0
+    };
+    let steps = timing["waterfall"]["frame"].as_array().unwrap();
+    let slack_us = steps.iter().find(|step| step["step"] == "extractor").unwrap()["slack_us"].as_f64().unwrap();
+    assert!(stalled_us > 1000.0 && (spare(&timing) - slack_us).abs() < 100.0, "{} {slack_us}", spare(&timing));
+
+    let gates = |set: &[&str]| answer(&["power", "--estimate"], set)["gates"].clone();
+    let block = |gates: &Value, name: &str| {
+        gates["blocks"].as_array().unwrap().iter().find(|block| block["name"] == name).unwrap().clone()
+    };
+    let (whole, window) = (gates(&[]), gates(&["sensor.readout.window=[0,0,200,400]"]));
+    assert_eq!(block(&whole, "converters and sequencer"), block(&window, "converters and sequencer"));
+    let deep = block(&gates(&["link.fifo_rows=17"]), "packetiser");
+    assert_eq!(
+        deep["sram_bits"].as_f64().unwrap() - block(&whole, "packetiser")["sram_bits"].as_f64().unwrap(),
+        64_000.0
+    );
+}
+
 #[test]
 fn gates_and_area_stand_beside_power_and_grow_with_the_extractor() {
     let folder = folder_with_sensor();

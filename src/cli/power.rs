@@ -1,5 +1,7 @@
 //! `sensel power`: energy and bandwidth by block and by rail, counted over some frames of the scenario, or estimated without one.
 
+use std::collections::BTreeMap;
+
 use sensel::energy::{HostEnergy, HostParams, Rail};
 use sensel::error::Error;
 use sensel::num::f64_from_u64;
@@ -25,7 +27,8 @@ struct PowerFigures {
     period_s: f64,
     cameras: u32,
     split: LinkSplit,
-    host: Option<[HostEnergy; 2]>,
+    /// Of pictures and of features.
+    host: Option<(Option<HostEnergy>, HostEnergy)>,
     alternatives: Alternatives,
     gates: Gates,
     /// The extractor's clocks; none where the sensor extracts nothing.
@@ -57,7 +60,7 @@ fn estimate(arguments: &RunArguments, shared: &CommonOptions) -> Result<PowerFig
     let account = sensor.estimated_energy(ESTIMATED_LEVEL).map_err(resolve)?;
     let events = sensor.estimated_events(ESTIMATED_LEVEL).map_err(resolve)?;
     let features = sensor.extractor.features_expected(sensor.size);
-    let counted = Counted { events: &events, frames: 1, cameras: 1, features, ate_m: None };
+    let counted = Counted { events: &events, frames: 1, cameras: 1, features, ate_m: None, waterfall: None };
     let host = located.resolved.scenario.host_params()?;
     let figures = PowerFigures {
         name: located.name,
@@ -118,19 +121,20 @@ fn as_json(figures: &PowerFigures) -> Value {
             json!({"receive_uj": host.receive_uj, "extract_uj": host.extract_uj, "track_uj": host.track_uj,
                    "idle_uj": host.idle_uj, "total_uj": host.total_uj()})
         };
-        json!({"of_pictures": of(&host[0]), "of_features": of(&host[1])})
+        json!({"of_pictures": host.0.as_ref().map(of), "of_features": of(&host.1)})
     });
     let mut json = json!({
         "energy": figures.energy,
         "link": {
-            "raw_mbit_per_s": 1e-6 * split.raw_bits_per_s, "net_mbit_per_s": 1e-6 * split.net_bits_per_s,
-            "feature_mbit_per_s": 1e-6 * split.feature_bits_per_s, "raw_mw": split.raw_mw,
+            "raw_mbit_per_s": split.raw.map(|raw| 1e-6 * raw.bits_per_s),
+            "net_mbit_per_s": split.raw.map(|raw| 1e-6 * raw.net_bits_per_s),
+            "feature_mbit_per_s": 1e-6 * split.feature_bits_per_s, "raw_mw": split.raw.map(|raw| raw.mw),
             "feature_mw": split.feature_mw, "floor_mw": split.floor_mw,
         },
         "period_ms": 1e3 * figures.period_s,
         "alternatives": figures.alternatives,
         "gates": figures.gates,
-        "not_measurable": figures.alternatives.reasons().into_iter().collect::<std::collections::BTreeMap<_, _>>(),
+        "not_measurable": reasons(figures),
     });
     let fields = json.as_object_mut().expect("just made");
     if let Some(host) = host {
@@ -138,6 +142,18 @@ fn as_json(figures: &PowerFigures) -> Value {
     }
     fields.extend(figures.more.as_object().expect("just made").clone());
     json
+}
+
+/// Why figures are absent, by path.
+fn reasons(figures: &PowerFigures) -> BTreeMap<&'static str, &'static str> {
+    let mut reasons: BTreeMap<_, _> = figures.alternatives.reasons().into_iter().collect();
+    if figures.split.raw.is_none() {
+        let paths = ["link.raw_mbit_per_s", "link.net_mbit_per_s", "link.raw_mw", "host.of_pictures"];
+        reasons.extend(
+            paths.map(|path| (path, "the link cannot carry rows of this width; alternatives.left_out says why")),
+        );
+    }
+    reasons
 }
 
 fn print(figures: &PowerFigures) {
@@ -169,17 +185,18 @@ fn print(figures: &PowerFigures) {
     }
     let split = &figures.split;
     outln!("link of one camera, by what is sent ({:.3} mW flow with nothing to send)", split.floor_mw);
-    let codes = format!("of these {:.3} Mbit/s are codes", 1e-6 * split.net_bits_per_s);
-    let rows = [
-        ("raw", split.raw_bits_per_s, split.raw_mw, codes),
-        ("features", split.feature_bits_per_s, split.feature_mw, compute_words(figures)),
-    ];
-    for (what, bits_per_s, link_mw, note) in rows {
+    let raw = split.raw.map(|raw| {
+        let codes = format!("of these {:.3} Mbit/s are codes", 1e-6 * raw.net_bits_per_s);
+        ("raw", raw.bits_per_s, raw.mw, codes)
+    });
+    let features = ("features", split.feature_bits_per_s, split.feature_mw, compute_words(figures));
+    for (what, bits_per_s, link_mw, note) in raw.into_iter().chain([features]) {
         outln!("  {what:<10} {:>14.3} Mbit/s {link_mw:>8.3} mW  {note}", 1e-6 * bits_per_s);
     }
-    if let Some([pictures, features]) = &figures.host {
+    if let Some((pictures, features)) = &figures.host {
         outln!("host of one camera, uJ a frame");
-        for (what, host) in [("pictures", pictures), ("features", features)] {
+        let pictures = pictures.as_ref().map(|pictures| ("pictures", pictures));
+        for (what, host) in pictures.into_iter().chain([("features", features)]) {
             let HostEnergy { receive_uj, extract_uj, track_uj, idle_uj } = host;
             outln!(
                 "  {what:<10} {:>14.1}  receiving {receive_uj:.1}, extracting {extract_uj:.1}, tracking {track_uj:.1}, idle {idle_uj:.1}",

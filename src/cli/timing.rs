@@ -57,7 +57,7 @@ struct LinkUse {
 impl LinkUse {
     fn new(sensor: &SensorSetup, features: u64) -> Result<Self, Error> {
         let (link, schedule) = (&sensor.link, &sensor.schedule);
-        let cycle = link.traffic_of_cycle(schedule.output_size(), sensor.bits(), features)?;
+        let cycle = sensor.traffic_of_cycle(features)?;
         let utilisation = link.mean_utilisation(&cycle, schedule.frame_time_s() * f64::from(link.frames_every));
         let capacity_bps = link.capacity_bits_per_s();
         let payload_bits = sensel::num::f64_from_u64(cycle.container_bits + cycle.feature_bits);

@@ -53,11 +53,17 @@ pub(super) fn count(
     picture(params, pixels, halved, &mut work);
     choice(params, counts, &mut work);
     served(params, features, &mut work);
-    let words = |count: u64| (count * u64::from(params.pipeline_bits)).div_ceil(8);
-    events.add(Event::LineBufferWrite, words(work.writes));
-    events.add(Event::LineBufferRead, words(work.reads));
-    events.add(Event::ComputeOp, words(work.ops));
-    events.add(Event::ComputeMac, words(work.macs));
+    work.add_to(params, events);
+}
+
+impl ExtractorParams {
+    /// Counts what so many features add to the frame of a picture without corners, where each is the only corner of its cell.
+    pub fn count_features(&self, features: u64, events: &mut Events) {
+        let mut work = ExtractorWork::default();
+        choice(self, &ExtractorCounts { corners: features, ..ExtractorCounts::default() }, &mut work);
+        served(self, features, &mut work);
+        work.add_to(self, events);
+    }
 }
 
 #[derive(Default)]
@@ -66,6 +72,17 @@ struct ExtractorWork {
     reads: u64,
     ops: u64,
     macs: u64,
+}
+
+impl ExtractorWork {
+    /// Adds it to the events, in words of 8 bits.
+    fn add_to(&self, params: &ExtractorParams, events: &mut Events) {
+        let words = |count: u64| (count * u64::from(params.pipeline_bits)).div_ceil(8);
+        events.add(Event::LineBufferWrite, words(self.writes));
+        events.add(Event::LineBufferRead, words(self.reads));
+        events.add(Event::ComputeOp, words(self.ops));
+        events.add(Event::ComputeMac, words(self.macs));
+    }
 }
 
 /// Memories and logic that run for every pixel of every octave.

@@ -89,8 +89,10 @@ pub struct PoweredSensor {
     pub conversion_s: f64,
     /// A line in seconds.
     pub line_s: f64,
-    /// A frame in seconds.
+    /// From frame to frame in seconds.
     pub frame_s: f64,
+    /// A frame in seconds without the wait for a trigger.
+    pub readout_s: f64,
     /// A frame in `pix_clk`.
     pub frame_clk: u64,
 }
@@ -99,7 +101,9 @@ pub struct PoweredSensor {
 pub(super) struct ItemBuilder<'a> {
     pub sensor: &'a PoweredSensor,
     pub technology: &'a Technology,
-    /// Nanoseconds of a frame in which the sensor is awake.
-    pub awake_ns: u64,
+    /// Nanoseconds of a frame.
+    pub frame_ns: u64,
+    /// Nanoseconds that waking up takes before each; 0 where the sensor streams.
+    pub wake_ns: u64,
     pub(super) items: Vec<Item>,
 }

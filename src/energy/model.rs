@@ -11,6 +11,7 @@ pub use super::item::{Amount, Item, PoweredSensor, Rail};
 use super::params::{EnergyParams, Periphery, Port};
 use super::technology::Technology;
 use crate::adc::AdcParams;
+use crate::error::Error;
 use crate::events::{Block, Event, Events};
 use crate::link::LinkParams;
 use crate::num::{f64_from_u64, lesser, u64_half_even};
@@ -65,8 +66,21 @@ impl PoweredSensor {
             conversion_s: lesser(f64::from(conversions) * (adc.settling_s() + ramps_s + pulses_s), line_s),
             line_s,
             frame_s: schedule.frame_time_s(),
+            readout_s: f64_from_u64(schedule.frame_clk().0) / f64_from_u64(schedule.pixel_rate_hz()),
             frame_clk: schedule.frame_clk().0,
         }
+    }
+
+    /// Whether a sensor that sleeps between frames can wake up and read one within its period. Fails where it cannot.
+    pub fn check_sleep(&self) -> Result<(), Error> {
+        let Some(period_s) = self.params.period_s else { return Ok(()) };
+        let awake_ns = nanoseconds(self.readout_s) + nanoseconds(self.params.wake_s);
+        if nanoseconds(period_s) >= awake_ns {
+            return Ok(());
+        }
+        let least_ms = f64_from_u64(awake_ns) / 1e6;
+        let reason = format!("waking up and reading a frame take {least_ms} ms; use that or more, or leave it out");
+        Err(Error::key("energy.sleep_period_ms", 1e3 * period_s, reason))
     }
 
     /// Share of a frame in which columns are converted.
@@ -103,22 +117,24 @@ pub struct SensorPower {
 impl SensorPower {
     /// The items of a sensor in a technology.
     pub fn new(sensor: PoweredSensor, technology: Technology) -> Self {
+        // A sensor that streams has no wake-up; one that sleeps reads a frame without the wait for a trigger.
+        let sleeps = sensor.params.period_s.is_some();
+        let sensor = if sleeps { PoweredSensor { frame_s: sensor.readout_s, ..sensor } } else { sensor };
         let frame_ns = nanoseconds(sensor.frame_s);
-        let asked_ns = sensor.params.period_s.map_or(0, nanoseconds);
-        let awake_ns = frame_ns + nanoseconds(sensor.params.wake_s);
-        // A sensor that streams has no wake-up.
-        let (awake_ns, period_ns) = if asked_ns > awake_ns { (awake_ns, asked_ns) } else { (frame_ns, frame_ns) };
+        let wake_ns = if sleeps { nanoseconds(sensor.params.wake_s) } else { 0 };
+        let awake_ns = frame_ns + wake_ns;
+        let period_ns = sensor.params.period_s.map_or(awake_ns, nanoseconds);
         let link = &sensor.link;
         let lane_ps_per_byte = u64_half_even(8e12 / (2.0 * f64_from_u64(link.frequency_hz)));
         let lane_ns_per_burst = nanoseconds(link.seconds(link.burst_overhead()));
         let pixel_die = sensor.params.pixel_node_nm.map(|node_nm| technology.scaled_to(node_nm));
-        let mut build = ItemBuilder { sensor: &sensor, technology: &technology, awake_ns, items: Vec::new() };
+        let mut build = ItemBuilder { sensor: &sensor, technology: &technology, frame_ns, wake_ns, items: Vec::new() };
         build.pixels(pixel_die.as_ref().unwrap_or(&technology));
         converter::items(&mut build);
         build.readout();
         build.compute();
         build.port();
-        build.periphery(period_ns - awake_ns);
+        build.periphery(period_ns.saturating_sub(awake_ns));
         let items = build.items;
         Self { sensor, technology, items, period_ns, lane_ps_per_byte, lane_ns_per_burst }
     }
@@ -154,9 +170,9 @@ impl ItemBuilder<'_> {
         self.add(block_and_rail, amount, of, u64_half_even(energy_pj * 1e6));
     }
 
-    /// A bias in milliwatts for a share of the time awake.
+    /// A bias in milliwatts for a share of a frame, and all of the time that waking up takes.
     pub fn mw(&mut self, block_and_rail: (Block, Rail), of: Constant, share: f64, power_mw: f64) {
-        let ns = u64_half_even(f64_from_u64(self.awake_ns) * share);
+        let ns = u64_half_even(f64_from_u64(self.frame_ns) * share) + self.wake_ns;
         self.add(block_and_rail, Amount::Nanoseconds(ns), of, u64_half_even(power_mw * 1e6));
     }
 

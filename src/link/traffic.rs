@@ -34,6 +34,19 @@ impl Traffic {
         self.packets += other.packets;
         self.busy.0 += other.busy.0;
     }
+
+    /// That of so many such frames.
+    #[must_use]
+    pub fn times(&self, frames: u64) -> Self {
+        Self {
+            net_bits: frames * self.net_bits,
+            container_bits: frames * self.container_bits,
+            feature_bits: frames * self.feature_bits,
+            link_bytes: frames * self.link_bytes,
+            packets: frames * self.packets,
+            busy: Clocks(frames * self.busy.0),
+        }
+    }
 }
 
 impl LinkParams {
@@ -80,17 +93,6 @@ impl LinkParams {
     /// features.
     pub fn traffic(&self, size: Size, bits: u32, features: u64) -> Result<Traffic, Error> {
         self.traffic_of(&self.plan_after_rows(size.height_px, features, self.mode.sends_codes())?, size, bits)
-    }
-
-    /// What `frames_every` frames in a row put on the link: one with rows, the others without. Fails on a row that this link cannot
-    /// carry, more than 2^32 features.
-    pub fn traffic_of_cycle(&self, size: Size, bits: u32, features: u64) -> Result<Traffic, Error> {
-        let mut cycle = self.traffic(size, bits, features)?;
-        let without = self.traffic_of(&self.plan_after_rows(size.height_px, features, false)?, size, bits)?;
-        for _ in 1..self.frames_every {
-            cycle.add(&without);
-        }
-        Ok(cycle)
     }
 
     fn plan_after_rows(&self, rows: u32, features: u64, sends_codes: bool) -> Result<Vec<PlannedPacket>, Error> {

@@ -34,7 +34,8 @@ pub struct Alternative {
     pub power_mw: f64,
     /// Everything that is sent by all cameras, headers and checks with it.
     pub link_mbit_per_s: f64,
-    /// From the middle of the exposure to the last bit of the frame's last packet, features spread evenly.
+    /// From the middle of the exposure to the last bit of the frame's last packet: of what the run sent that of its slowest frame, else of
+    /// features that are spread evenly.
     pub latency_us: f64,
     /// From the middle of the exposure to the pose; none without a host.
     pub pose_us: Option<f64>,

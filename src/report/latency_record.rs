@@ -16,8 +16,10 @@ pub struct Waterfall {
     pub first_feature: Vec<LatencyStep>,
     /// From the middle of the exposure to the pose; none without a host.
     pub pose_us: Option<f64>,
-    /// Features that the host's times are computed with.
+    /// Features of a camera's frame that the host's times are computed with.
     pub features: u64,
+    /// Cameras whose frames the host decodes, and extracts where they come without features, one after the other.
+    pub cameras: u32,
     /// Host whose times these are: `host.model`.
     pub host: String,
     /// Mean time that decoding and tracking of a frame took on the machine that simulated, in us; none where nothing ran.
@@ -54,9 +56,10 @@ impl Waterfall {
             }
         }
         if let Some(pose_us) = self.pose_us {
-            let features = self.features;
+            let (features, cameras) = (self.features, self.cameras);
+            let rig = if cameras == 1 { "one camera".to_owned() } else { format!("{cameras} cameras") };
             lines += &format!(
-                "pose        {pose_us:.1} us after the middle of the exposure ({}, {features} features)\n",
+                "pose        {pose_us:.1} us after the middle of the exposure ({}, {rig}, {features} features)\n",
                 self.host
             );
         }

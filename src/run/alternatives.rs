@@ -10,6 +10,7 @@ use crate::link::{LinkParams, Mode};
 use crate::num::{f64_from_u64, f64_from_usize, u64_from, u64_half_even};
 use crate::readout::Schedule;
 use crate::report::alternatives_record::{Alternative, Alternatives, LeftOut};
+use crate::report::latency_record::Waterfall;
 
 /// Rows are sent in every so many frames where a scenario says nothing else.
 const FRAMES_EVERY: u32 = 4;
@@ -27,6 +28,19 @@ pub struct Counted<'a> {
     pub features: u64,
     /// Position error of the run.
     pub ate_m: Option<f64>,
+    /// Latency of the run's slowest frame; none where nothing has run.
+    pub waterfall: Option<&'a Waterfall>,
+}
+
+/// "st", "nd", "rd" or "th".
+fn ordinal_suffix(number: u32) -> &'static str {
+    match (number % 100, number % 10) {
+        (11..=13, _) => "th",
+        (_, 1) => "st",
+        (_, 2) => "nd",
+        (_, 3) => "rd",
+        _ => "th",
+    }
 }
 
 impl SensorSetup {
@@ -38,7 +52,7 @@ impl SensorSetup {
             ("raw".to_owned(), Mode::Frames, 1),
             ("features".to_owned(), Mode::Features, 1),
             ("both".to_owned(), Mode::Both, 1),
-            (format!("both, rows every {every}th frame"), Mode::Both, every),
+            (format!("both, rows every {every}{} frame", ordinal_suffix(every)), Mode::Both, every),
         ];
         let compute = self.compute_events(counted)?;
         let host = self.host.map_or("none", |host| host.name).to_owned();
@@ -92,9 +106,10 @@ impl SensorSetup {
         is_run: bool,
     ) -> Result<Alternative, Error> {
         let sensor_frames = u64::from(counted.frames) * u64::from(counted.cameras);
-        let sent = self.link.traffic_of_cycle(self.size, self.bits(), counted.features)?;
+        let sent = self.traffic_of_cycle(counted.features)?;
         let cycle = f64::from(self.link.frames_every);
-        let bytes_per_frame = f64_from_u64(sent.link_bytes) / cycle;
+        let counted_bytes = f64_from_u64(counted.events.count(Event::LinkByte)) / f64_from_u64(sensor_frames);
+        let bytes_per_frame = if is_run { counted_bytes } else { f64_from_u64(sent.link_bytes) / cycle };
         let mut events = Events::default();
         if is_run {
             events.merge(counted.events);
@@ -106,14 +121,17 @@ impl SensorSetup {
             if self.link.mode.sends_features() {
                 events.merge(compute);
             }
-            let all = |a_cycle: u64| u64_half_even(f64_from_u64(a_cycle * sensor_frames) / cycle);
+            let all = |a_cycle: u64| u64_half_even(f64_from_u64(a_cycle) * f64_from_u64(sensor_frames) / cycle);
             events.add(Event::LinkByte, all(sent.link_bytes));
             events.add(Event::LinkBurst, all(sent.packets * u64::from(self.link.lanes)));
         }
         let pixels = u64_from(self.size.pixel_count()) * u64::from(counted.cameras);
         let account = EnergyAccount::of(&events, counted.frames, counted.cameras, pixels, &self.power);
         let rail_mw = |rail: Rail| account.mean_power_mw(account.rail_aj(rail));
-        let waterfall = self.waterfall(counted.features)?;
+        let waterfall = match counted.waterfall.filter(|_| is_run) {
+            Some(measured) => measured,
+            None => &self.waterfall(counted.features, counted.cameras)?,
+        };
         let link_ends = waterfall.frame.iter().rfind(|step| !step.step.starts_with("host") && step.step != "tracker");
         let frame_s = 1e-9 * f64_from_u64(self.power.period_ns);
         let cameras = f64::from(counted.cameras);

@@ -15,18 +15,25 @@ use crate::readout::BinningMode;
 /// Level of the picture that an estimate assumes, as a share of the greatest code: what automatic exposure aims at.
 pub const ESTIMATED_LEVEL: f64 = 0.4;
 
+/// Raw pictures alone on the link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RawSplit {
+    /// Payload bits a second in containers.
+    pub bits_per_s: f64,
+    /// The same without what the container adds.
+    pub net_bits_per_s: f64,
+    /// Power of the link in mW.
+    pub mw: f64,
+}
+
 /// What raw pictures and features alone would put on the link, and what that costs one sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkSplit {
-    /// Payload bits a second of raw pictures in their containers.
-    pub raw_bits_per_s: f64,
-    /// The same without what the container adds.
-    pub net_bits_per_s: f64,
+    /// Of raw pictures; none where the link cannot carry their rows.
+    pub raw: Option<RawSplit>,
     /// Payload bits a second of features.
     pub feature_bits_per_s: f64,
-    /// Power of the link in mW with raw pictures alone.
-    pub raw_mw: f64,
-    /// With features alone.
+    /// Power of the link in mW with features alone.
     pub feature_mw: f64,
     /// With nothing to send: bias that flows between bursts.
     pub floor_mw: f64,
@@ -66,21 +73,23 @@ impl SensorSetup {
             events.merge(&self.estimated_compute(level)?);
         }
         let features = self.extractor.features_expected(self.size);
-        let traffic = self.link.traffic_of_cycle(self.size, self.bits(), features)?;
+        let traffic = self.traffic_of_cycle(features)?;
         let cycle = u64::from(self.link.frames_every.max(1));
         events.add(Event::LinkByte, traffic.link_bytes / cycle);
         events.add(Event::LinkBurst, traffic.packets * u64::from(self.link.lanes) / cycle);
         Ok(events)
     }
 
-    /// Events of the extractor in a frame at that level. Fails on a picture that it refuses.
+    /// Events of the extractor in a frame at that level, and of as many features as are expected. Fails on a picture that it refuses.
     pub(super) fn estimated_compute(&self, level: f64) -> Result<Events, Error> {
         // The extractor sees merged codes, which may have another depth than the converter's.
         let greatest = f64::from((1_u32 << self.bits()) - 1);
         let code = u16::try_from(low_u32(u64_half_even(level * greatest))).unwrap_or(u16::MAX);
         let mut extractor = Extractor::new(&self.extractor);
         let plane = Plane::filled(self.size, code);
-        Ok(super::extractor::extract_one(self, &mut extractor, &plane)?.1)
+        let mut events = super::extractor::extract_one(self, &mut extractor, &plane)?.1;
+        self.extractor.count_features(self.extractor.features_expected(self.size), &mut events);
+        Ok(events)
     }
 
     /// Energy of a frame at that level. Fails on a row that the link cannot carry.
@@ -89,7 +98,7 @@ impl SensorSetup {
         Ok(EnergyAccount::of(&self.estimated_events(level)?, 1, 1, pixels, &self.power))
     }
 
-    /// Bits and power of the link by what is sent, with so many features a frame. Fails on a row that the link cannot carry.
+    /// Bits and power of the link by what is sent, with so many features a frame. Fails on more features than a frame can have.
     pub fn link_split(&self, features: u64) -> Result<LinkSplit, Error> {
         let rate = 1e9 / f64_from_u64(self.power.period_ns);
         let of = |mode: Mode, features: u64| -> Result<(Traffic, f64), Error> {
@@ -99,33 +108,36 @@ impl SensorSetup {
             events.add(Event::LinkBurst, traffic.packets * u64::from(self.link.lanes));
             Ok((traffic, self.link_mw(&events)))
         };
-        let (raw, raw_mw) = of(Mode::Frames, 0)?;
         let (sent, feature_mw) = of(Mode::Features, features)?;
         Ok(LinkSplit {
-            raw_bits_per_s: rate * f64_from_u64(raw.container_bits),
-            net_bits_per_s: rate * f64_from_u64(raw.net_bits),
+            raw: of(Mode::Frames, 0).ok().map(|(raw, mw)| RawSplit {
+                bits_per_s: rate * f64_from_u64(raw.container_bits),
+                net_bits_per_s: rate * f64_from_u64(raw.net_bits),
+                mw,
+            }),
             feature_bits_per_s: rate * f64_from_u64(sent.feature_bits),
-            raw_mw,
             feature_mw,
             floor_mw: self.link_mw(&Events::default()),
         })
     }
 
-    /// What a frame costs the host that receives pictures alone, and one that receives features alone. Fails on a row that the link
-    /// cannot carry.
-    pub fn host_split(&self, host: &HostParams, features: u64) -> Result<[HostEnergy; 2], Error> {
+    /// What a frame costs the host that receives pictures alone (none where the link cannot carry their rows), and one that receives
+    /// features alone. Fails on more features than a frame can have.
+    pub fn host_split(&self, host: &HostParams, features: u64) -> Result<(Option<HostEnergy>, HostEnergy), Error> {
         let frame_s = 1e-9 * f64_from_u64(self.power.period_ns);
         let (pixels, found) = (f64_from_u64(u64_from(self.size.pixel_count())), f64_from_u64(features));
         let bytes = |mode, features| self.traffic_in(mode, features).map(|traffic| f64_from_u64(traffic.link_bytes));
-        Ok([
-            host.frame(bytes(Mode::Frames, 0)?, pixels, found, frame_s),
+        Ok((
+            bytes(Mode::Frames, 0).ok().map(|bytes| host.frame(bytes, pixels, found, frame_s)),
             host.frame(bytes(Mode::Features, features)?, 0.0, found, frame_s),
-        ])
+        ))
     }
 
     /// Traffic of a frame whose rows or features alone are sent.
     fn traffic_in(&self, mode: Mode, features: u64) -> Result<Traffic, Error> {
-        LinkParams { mode, frames_every: 1, ..self.link }.traffic(self.size, self.bits(), features)
+        let link =
+            LinkParams { mode, frames_every: 1, line_sync: self.link.line_sync && mode.sends_codes(), ..self.link };
+        Self { link, ..self.clone() }.traffic_of_cycle(features)
     }
 
     fn link_mw(&self, events: &Events) -> f64 {

@@ -189,7 +189,8 @@ impl SensorSetup {
     pub fn gates(&self) -> Gates {
         let node_nm = self.power.technology.node_nm;
         let mut parts: Vec<(&str, u32, Netlist)> = Vec::new();
-        let columns = self.schedule.geometry().columns_read() / self.parameters.adc.columns_per_adc.max(1);
+        // A window reads fewer columns and removes no converter.
+        let columns = self.array.width_px.div_ceil(self.parameters.adc.columns_per_adc.max(1));
         parts.push(("converters and sequencer", 1, converters(columns)));
         if self.link.mode.sends_features() {
             let hardware = self.extractor.hardware(self.size);
@@ -197,7 +198,13 @@ impl SensorSetup {
             parts.push(("extractor back", 1, back(&hardware)));
             parts.push(("descriptor engines", hardware.engines, engine(&hardware)));
         }
-        parts.push(("packetiser", 1, row("csi2_packetiser", "")));
+        // The columns' latches hold one row; every further row of the FIFO is a memory.
+        let fifo_bits = u64::from(self.link.fifo_rows - 1) * u64::from(self.size.width_px) * u64::from(self.bits());
+        let fifo = Netlist {
+            sram_bits: if self.link.mode.sends_codes() { f64_from_u64(fifo_bits) } else { 0.0 },
+            ..Netlist::default()
+        };
+        parts.push(("packetiser", 1, row("csi2_packetiser", "").plus(fifo, 1.0)));
         let blocks: Vec<GateBlock> =
             parts.into_iter().map(|(name, times, one)| block(name, times, one, node_nm)).collect();
         let total = blocks.iter().fold(GateBlock { name: "total".to_owned(), ..GateBlock::default() }, GateBlock::plus);

@@ -15,7 +15,9 @@ impl SensorSetup {
     /// The extractor's clocks with so many features spread evenly over the picture; none where the sensor extracts nothing.
     pub fn keep_up(&self, features: u64) -> Option<ExtractorClocks> {
         let clocks = self.extractor_clocks(features)?;
-        let required = clocks.required_clk();
+        // A readout that stands still for the link makes the frame longer.
+        let stalled_s = self.flow_of(features).map_or(0.0, |flow| self.link.seconds(flow.stalled));
+        let required = clocks.required_clk() + u64_truncated((stalled_s * f64_from_u64(self.compute_hz)).ceil());
         let counted = ExtractorClocks {
             required,
             queue_most: Some(clocks.queue_most),

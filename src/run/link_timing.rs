@@ -4,7 +4,7 @@ use super::sensor::SensorSetup;
 use crate::compute::{ExtractorParams, FrameClocks, RowByRow, RowSpacing, even_frame};
 use crate::error::Error;
 use crate::link::{
-    Batch, FeatureReady, Flow, FramePlan, PlannedPacket, RowPeriod, Sent, WhenFull, after_the_rows, by_row,
+    Batch, FeatureReady, Flow, FramePlan, PlannedPacket, RowPeriod, Sent, Traffic, WhenFull, after_the_rows, by_row,
 };
 use crate::num::{f64_from_u64, index, u32_from, u64_truncated};
 use crate::readout::{FrameLength, Schedule, Trigger};
@@ -121,6 +121,22 @@ impl SensorSetup {
         self.flow_at(&self.packets(FrameIndex(0), &self.batches(&out_clk))?, &out_clk)
     }
 
+    /// What `frames_every` frames in a row put on the link, one with rows and the others without, each with so many features spread evenly
+    /// over the picture. Fails on a row that the link cannot carry.
+    pub fn traffic_of_cycle(&self, features: u64) -> Result<Traffic, Error> {
+        let out_clk = self.extractor_clocks(features).map_or_else(Vec::new, |clocks| clocks.out_clk);
+        let batches = self.batches(&out_clk);
+        let of = |frame: u32| {
+            let packets = self.packets(FrameIndex(frame), &batches)?;
+            self.link.traffic_of(&packets, self.size, self.bits())
+        };
+        let (mut cycle, others) = (of(0)?, u64::from(self.link.frames_every.max(1) - 1));
+        if others > 0 {
+            cycle.add(&of(1)?.times(others));
+        }
+        Ok(cycle)
+    }
+
     /// What `flow_of` says, in seconds. Fails on a row that the link cannot carry.
     pub fn link_times(&self, features: u64) -> Result<LinkTimes, Error> {
         let flow = self.flow_of(features)?;
@@ -168,11 +184,15 @@ impl SensorSetup {
         let last_row = flow.sent.iter().rposition(|sent| matches!(sent.packet, PlannedPacket::Row(_)));
         // Time on the lanes; waiting for the extractor is its own matter.
         let busy_clk = |sent: &[Sent]| sent.iter().map(|sent| sent.end.0 - sent.start.0).sum::<u64>();
-        // Rows leave as they are read; everything else needs the lines that are left.
+        // Rows leave as they are read, and the last one in the line after it; everything else needs the lines that are left: rows that
+        // wait in the FIFO when the last one is read, and what follows the rows.
         let (rows_lines, rest_clk) = match last_row {
             Some(row) => {
                 let behind = busy_clk(&flow.sent[row + 1..]);
-                (f64_from_u64(schedule.frame_demand().rows), flow.lead.0 + flow.stalled.0 + behind)
+                let left_clk = |sent: &Sent| sent.end.0.saturating_sub(sent.start.0.max(flow.rows_end.0));
+                let queued =
+                    flow.sent[..=row].iter().map(left_clk).sum::<u64>().saturating_sub(self.row_period().clocks(1).0);
+                (f64_from_u64(schedule.frame_demand().rows), flow.lead.0 + flow.stalled.0 + queued + behind)
             }
             None => (0.0, busy_clk(&flow.sent)),
         };

@@ -15,6 +15,7 @@ use crate::optics::Camera;
 use crate::pose::TimedPose;
 use crate::report::energy_record::EnergyRecord;
 use crate::report::figures::bring_to_metres;
+use crate::report::latency_record::Waterfall;
 use crate::report::pose_series::pose_series;
 use crate::report::record::{
     Bandwidth, ExtractorClocks, FactRecord, FrameRecord, Hashes, LinkRecord, Measured, OmittedEffect, PlanRecord,
@@ -65,7 +66,8 @@ impl Session {
         self.set_absent(&mut report);
         self.set_costs(&mut report);
         self.set_tracking(&mut report);
-        report.alternatives = setup.sensor.alternatives(&self.counted(report.tracking.ate_m))?;
+        let counted = self.counted(report.tracking.ate_m, &report.timing.waterfall);
+        report.alternatives = setup.sensor.alternatives(&counted)?;
         let reasons = report.alternatives.reasons();
         report.not_measurable.extend(reasons.into_iter().map(|(path, why)| (path.to_owned(), why.to_owned())));
         Ok(report)
@@ -111,13 +113,14 @@ impl Session {
         report.not_measurable.extend(reasons.chain(waterfall));
     }
 
-    fn counted(&self, ate_m: Option<f64>) -> Counted<'_> {
+    fn counted<'a>(&'a self, ate_m: Option<f64>, waterfall: &'a Waterfall) -> Counted<'a> {
         Counted {
             events: &self.totals.events,
             frames: u32_from(self.notes.len()),
             cameras: u32_from(self.setup.cameras.len()),
             features: self.mean_features(),
             ate_m,
+            waterfall: Some(waterfall),
         }
     }
 
@@ -172,7 +175,8 @@ impl Session {
         let us = |clk: u64| 1e6 * f64_from_u64(clk) / f64_from_u64(sensor.compute_hz);
         // Clocks count from the reading of the first row.
         let rows_clk = sensor.row_spacing().start_clk(sensor.size.height_px - 1);
-        let mut timing = timing_record(sensor, self.mean_features())?;
+        let cameras = u32_from(self.setup.cameras.len());
+        let mut timing = timing_record(sensor, self.mean_features(), cameras)?;
         timing.latency_us = 1e6 * self.totals.link.latency_s;
         let queue_most = self.extractors.iter().map(crate::compute::Extractor::queue_most).max().flatten();
         timing.extractor = totals.clocks(sensor).map(|clocks| ExtractorClocks { queue_most, ..clocks });
@@ -180,7 +184,7 @@ impl Session {
             // A host that extracts by itself tracks what it found.
             let sent = u64_from(slowest.out_clk.len());
             let features = if sensor.link.mode.sends_features() { sent } else { self.mean_features() };
-            timing.waterfall = sensor.waterfall_of(slowest, features);
+            timing.waterfall = sensor.waterfall_of(slowest, features, cameras);
         }
         let measured_s: f64 = self.totals.stage_s[STAGES.len() - 2..].iter().sum();
         timing.waterfall.measured_host_us =

@@ -13,7 +13,9 @@ use crate::link::LinkParams;
 use crate::num::f64_from_u64;
 use crate::optics::Mosaic;
 use crate::pixel::{PixelParams, PixelType};
-use crate::readout::{AutoExposure, CodeRange, Geometry, Hdr, HdrMerge, MERGED_BITS_MAX, Schedule};
+use crate::readout::{
+    AutoExposure, CodeRange, Geometry, Hdr, HdrMerge, MERGED_BITS_MAX, ReadoutParams, Schedule, Window,
+};
 use crate::units::Size;
 
 /// Everything between light and link of one camera.
@@ -154,7 +156,8 @@ impl SensorSetup {
         let merged_bits = merge.as_ref().map_or(parameters.adc.bits, HdrMerge::bits_before_companding);
         let merge = merge.map(|merge| merge.companded(hdr_bits));
         let bits = merge.as_ref().map_or(parameters.adc.bits, HdrMerge::bits);
-        let packet_time_s = packet_demand_s(&link, size, bits, &readout)?;
+        let packet_time_s = packet_demand_s(&link, size, bits, &readout)
+            .map_err(|error| at_key_of_width(error, (array, size), &readout))?;
         let schedule = Schedule::new(array, &readout, &parameters.adc, packet_time_s)?;
         let extractor = scenario.extractor()?;
         ExtractorParams::check_size(size)?;
@@ -175,6 +178,7 @@ impl SensorSetup {
             scenario.sensor.supply_v,
             (black.rows, bits, merged_bits),
         );
+        powered.check_sleep()?;
         let power = SensorPower::new(powered, technology);
         let host = scenario.host_params()?;
         let setup = Self {
@@ -197,6 +201,21 @@ impl SensorSetup {
         setup.auto_exposure()?;
         crate::config::idle::check(resolved)?;
         Ok(setup)
+    }
+}
+
+/// An error on the width of pictures, at the key that a user wrote: a window or binning makes them narrower than the array.
+fn at_key_of_width(error: Error, (array, size): (Size, Size), readout: &ReadoutParams) -> Error {
+    let reason = match &error {
+        Error::Config { key, reason, .. } if key == "sensor.width" && size.width_px != array.width_px => reason,
+        _ => return error,
+    };
+    let reason = format!("its pictures are {} pixels wide, and {reason}", size.width_px);
+    match readout.window {
+        Some(Window { x_px, y_px, width_px, height_px }) => {
+            Error::key("sensor.readout.window", format!("[{x_px}, {y_px}, {width_px}, {height_px}]"), reason)
+        }
+        None => Error::key("sensor.width", array.width_px, reason),
     }
 }
 

@@ -179,8 +179,14 @@ impl Setup {
             photon_store: kept.and_then(|kept| kept.photon_store.clone()),
             warnings: Warnings::default(),
         };
-        let start = short_start(&setup);
-        setup.resolved.inheritance_warnings().into_iter().chain(start).for_each(|text| setup.warnings.add(text));
+        let (start, sleep) = (short_start(&setup), sleep_warning(&setup.sensor));
+        setup
+            .resolved
+            .inheritance_warnings()
+            .into_iter()
+            .chain(start)
+            .chain(sleep)
+            .for_each(|text| setup.warnings.add(text));
         if setup.fidelity.rung == Rung::Expected {
             setup.first_chain().check_expected()?;
         }
@@ -335,6 +341,20 @@ fn check_end(sensor: &SensorSetup, frames: u32, end_s: f64) -> Result<(), Error>
     let most = (RUN_S_MAX / frame_s - 2.0).floor();
     let fewer = if most >= 1.0 { format!("use {most} or fewer") } else { "use a higher frame rate".to_owned() };
     Err(Error::key("run.frames", frames, format!("frames of {frame_s} s would end after {RUN_S_MAX:e} s; {fewer}")))
+}
+
+/// What a sensor that sleeps between frames has to say where frames come at another period than it sleeps by.
+fn sleep_warning(sensor: &SensorSetup) -> Option<String> {
+    let period_s = sensor.power.sensor.params.period_s?;
+    let frame_s = sensor.schedule.frame_time_s();
+    let (period_ms, frame_ms) = (1e3 * period_s, 1e3 * frame_s);
+    ((period_s - frame_s).abs() > 1e-9).then(|| {
+        format!(
+            "energy.sleep_period_ms = {period_ms} counts for power alone: frames, poses, bits and latency are those of a frame every \
+             {frame_ms:.3} ms; for one rate use sensor.readout.trigger = external with trigger_period_us = {}",
+            1e3 * period_ms
+        )
+    })
 }
 
 /// From the start of the run to the end of its last exposure, whichever camera's.

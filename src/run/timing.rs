@@ -25,9 +25,9 @@ pub fn burst_utilisation(sensor: &SensorSetup) -> Result<f64, Error> {
     sensor.link.burst_utilisation(sensor.schedule.output_size().width_px, sensor.bits(), rows_apart_s)
 }
 
-/// Clocks and times of a sensor that sends so many features a frame, with the spans of a line and of a frame. Fails on a row that its
-/// link cannot carry.
-pub fn timing_record(sensor: &SensorSetup, features: u64) -> Result<Timing, Error> {
+/// Clocks and times of a sensor that sends so many features a frame, with the spans of a line and of a frame; the host's are those of a rig
+/// of so many cameras. Fails on a row that its link cannot carry.
+pub fn timing_record(sensor: &SensorSetup, features: u64, cameras: u32) -> Result<Timing, Error> {
     let schedule = &sensor.schedule;
     Ok(Timing {
         line_time_us: 1e6 * schedule.line_time_s(),
@@ -37,7 +37,7 @@ pub fn timing_record(sensor: &SensorSetup, features: u64) -> Result<Timing, Erro
         feature_latency_us: sensor.link_times(features)?.feature_latency_s.map(|latency_s| 1e6 * latency_s),
         first_feature_us: None,
         last_feature_us: None,
-        waterfall: sensor.waterfall(features)?,
+        waterfall: sensor.waterfall(features, cameras)?,
         extractor: sensor.keep_up(features),
         clocks_per_frame: schedule.frame_clk().0,
         line: line_phases(sensor)?,
@@ -74,7 +74,7 @@ pub fn timing_diagram(sensor: &SensorSetup, features: u64, name: &str) -> Result
         rows_lines: schedule.frame_demand().rows,
         exposure_lines: schedule.exposure_lines(),
         exposure_lines_max: schedule.exposure_lines_max(),
-        timing: timing_record(sensor, features)?,
+        timing: timing_record(sensor, features, 1)?,
     })
 }
 

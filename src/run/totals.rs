@@ -45,6 +45,9 @@ pub(super) struct FrameNotes {
     pub latency_us: f64,
 }
 
+/// Latencies that are less apart differ by rounding alone.
+const SAME_LATENCY_S: f64 = 1e-9;
+
 #[derive(Default)]
 pub(super) struct LinkTotals {
     /// What the host's decoder saw.
@@ -61,7 +64,7 @@ pub(super) struct LinkTotals {
     pub feature_latency_s: Option<f64>,
     /// Longest time from the middle of a frame's exposure to the last bit of its last packet.
     pub latency_s: f64,
-    /// The frame that took it.
+    /// The frame that took it; of several the one with most features.
     pub slowest: Option<SentFrame>,
     /// The same of the last frame alone.
     pub frame_latency_s: f64,
@@ -88,9 +91,15 @@ impl LinkTotals {
             self.feature_latency_s = Some(greater(longest_s, latency_s));
         }
         let latency_s = sensor.latency_s(flow, schedule, frame);
-        if self.slowest.is_none() || latency_s > self.latency_s {
+        // Where features are out before the last row's packet, frames take equally long on the link; the tracker then decides.
+        let is_slowest = self.slowest.as_ref().is_none_or(|slowest| {
+            let apart_s = latency_s - self.latency_s;
+            apart_s > SAME_LATENCY_S || (apart_s > -SAME_LATENCY_S && out_clk.len() > slowest.out_clk.len())
+        });
+        self.latency_s = greater(self.latency_s, latency_s);
+        if is_slowest {
             let (flow, schedule, out_clk) = (flow.clone(), schedule.clone(), out_clk.to_vec());
-            (self.latency_s, self.slowest) = (latency_s, Some(SentFrame { flow, schedule, frame, out_clk }));
+            self.slowest = Some(SentFrame { flow, schedule, frame, out_clk });
         }
         self.frame_latency_s = greater(self.frame_latency_s, latency_s);
     }

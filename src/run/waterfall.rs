@@ -73,22 +73,25 @@ impl Steps {
 }
 
 impl SensorSetup {
-    /// Latency of a frame with so many features spread evenly over the picture. Fails on a row that the link cannot carry.
-    pub fn waterfall(&self, features: u64) -> Result<Waterfall, Error> {
+    /// Latency of a frame with so many features spread evenly over the picture, of a rig of so many cameras. Fails on a row that the link
+    /// cannot carry.
+    pub fn waterfall(&self, features: u64, cameras: u32) -> Result<Waterfall, Error> {
         let out_clk = self.extractor_clocks(features).map_or_else(Vec::new, |clocks| clocks.out_clk);
         let flow = self.flow_of(features)?;
         let sent = SentFrame { flow, schedule: self.schedule.clone(), frame: FrameIndex(0), out_clk };
-        Ok(self.waterfall_of(&sent, features))
+        Ok(self.waterfall_of(&sent, features, cameras))
     }
 
-    /// Latency of a frame that was sent, of which the tracker gets so many features.
-    pub(super) fn waterfall_of(&self, sent: &SentFrame, features: u64) -> Waterfall {
-        let frame = self.frame_steps(sent, features);
+    /// Latency of a frame that was sent, of which the tracker gets so many features. The host decodes and extracts one camera's frame after
+    /// the other, and each of them is like this one.
+    pub(super) fn waterfall_of(&self, sent: &SentFrame, features: u64, cameras: u32) -> Waterfall {
+        let frame = self.frame_steps(sent, features, f64::from(cameras));
         let pose_us = self.host.and_then(|_| frame.last().map(|last| last.end_us));
         Waterfall {
             first_feature: self.feature_steps(sent),
             pose_us,
             features,
+            cameras,
             host: self.host.map_or("none", |host| host.name).to_owned(),
             measured_host_us: None,
             frame,
@@ -113,7 +116,7 @@ impl SensorSetup {
         schedule.line_time_s() * f64_from_u64(spare_clk) / f64_from_u64(schedule.line_clk().0)
     }
 
-    fn frame_steps(&self, sent: &SentFrame, features: u64) -> Vec<LatencyStep> {
+    fn frame_steps(&self, sent: &SentFrame, features: u64, cameras: f64) -> Vec<LatencyStep> {
         let SentFrame { flow, schedule, frame, out_clk } = sent;
         let period_s = schedule.frame_time_s();
         let stalled_s = self.link.seconds(flow.stalled);
@@ -134,13 +137,13 @@ impl SensorSetup {
         let mut decoded_s = 0.0;
         let mut busy_s = 0.0;
         for packet in &flow.sent {
-            let packet_s = host.decode_s(f64_from_u64(packet.bytes));
+            let packet_s = cameras * host.decode_s(f64_from_u64(packet.bytes));
             decoded_s = greater(decoded_s, seconds(packet.data_end.0)) + packet_s;
             busy_s += packet_s;
         }
         let last_s = flow.sent.last().map_or(0.0, |last| seconds(last.data_end.0));
         let extracts = !self.link.mode.sends_features();
-        let pixels = if extracts { f64_from_usize(self.size.pixel_count()) } else { 0.0 };
+        let pixels = if extracts { cameras * f64_from_usize(self.size.pixel_count()) } else { 0.0 };
         busy_s += host.extract_s(pixels) + host.track_s(f64_from_u64(features));
         let slack_s = Some(period_s - busy_s);
         steps.until("host decoding", last_bit_s + decoded_s - last_s, slack_s);

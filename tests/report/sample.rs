@@ -214,6 +214,7 @@ fn waterfall() -> Waterfall {
         first_feature: vec![step("exposure", 0.0, 1000.0, None), step("conversion", 1000.0, 1640.0, None)],
         pose_us: Some(14_000.0),
         features: 500,
+        cameras: 2,
         host: "single_board_computer".to_owned(),
         measured_host_us: Some(2100.0),
     }
