@@ -79,7 +79,7 @@ fn to_stdout(text: std::fmt::Arguments<'_>) {
     if error.kind() == std::io::ErrorKind::BrokenPipe {
         std::process::exit(0);
     }
-    words::note(&format!("stdout: {error}"));
+    failure::of_verb(&Error::Io { path: "stdout".to_owned(), source: error });
     std::process::exit(4);
 }
 

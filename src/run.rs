@@ -47,7 +47,7 @@ pub mod world;
 
 pub use alternatives::Counted;
 pub use assets::{Assets, NoClock, NoFiles, NoProgress, PhotonStore, Progress, Stopwatch};
-pub use estimate::{ESTIMATED_LEVEL, LinkSplit};
+pub use estimate::{ESTIMATED_LEVEL, LinkSplit, RawSplit};
 pub use host::{Host, HostFrame};
 pub use imu::noise_of;
 pub use inputs::inputs_hash;

@@ -320,6 +320,7 @@ fn frames_that_cannot_tell_are_refused_with_what_would_help() {
         ("n 8 64 64\nb x 3\n", "b EXPOSURE_NS PHOTONS"),
         ("n 8 64 64\nb 1e30 3\n", "1 to 1e15 ns"),
         ("n 8 64 64\nq\n", "n, b, d or i"),
+        ("n 8 64 64\nn 12 64 64\n", "one line n"),
         (&format!("n 8 64 64\n{pair}"), "no bright stack"),
     ];
     for (lines, accepted) in cases {

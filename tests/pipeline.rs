@@ -267,6 +267,15 @@ fn a_track_names_the_frame_and_the_reason_of_a_loss() {
         assert_eq!(found, &[&Value::from(*frame), &Value::from(*event), reason]);
     }
     assert_eq!((&tracked["frames"], &tracked["tracked"]), (&4.into(), &2.into()));
+    let warned = tracked["warnings"].to_string();
+    assert!(warned.contains("1 of 5 pictures of a camera have no partner"), "{warned}");
+    // An IMU without readings is said, and no reason to fail.
+    let readings = folder.path().join("out/mav0/imu0/data.csv");
+    let head = std::fs::read_to_string(&readings).unwrap().lines().next().unwrap().to_owned() + "\n";
+    std::fs::write(&readings, head).unwrap();
+    let again = folder.join("again.tum");
+    let without = sensel(&["track", &out, "--from", "pictures", "--out", &again, "--json"]).json();
+    assert!(without["warnings"].to_string().contains("IMU has no readings"), "{}", without["warnings"]);
     let text = sensel(&["track", &out, "--from", "pictures", "--out", &text]).stdout;
     assert!(text.contains(&format!(", frame 3: lost ({reason})\n")), "{text}");
 }

@@ -47,7 +47,8 @@ fn as_json(error: &Error) -> Value {
         Error::Unknown { what, name, known } => {
             put("what", what);
             put("value", &text::shown(name, text::VALUE_CHARS));
-            let known: Vec<&str> = known.split(", ").collect();
+            // Two lists may stand one after the other.
+            let known: Vec<&str> = known.split("; scenarios: ").flat_map(|list| list.split(", ")).collect();
             parts.insert("known".to_owned(), known.into());
         }
         Error::Io { path, source } => {

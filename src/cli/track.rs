@@ -160,7 +160,8 @@ pub fn main(arguments: &TrackArguments, shared: &CommonOptions) -> Result<(), Er
     if let Some(map) = &arguments.map {
         paths::write_output("--map", map, ply(tracker.landmarks()).as_bytes())?;
     }
-    say(&recording, &result, &out, (from, link), (shared, seed(&resolved, shared)));
+    let input = input_warnings(&recording, uses_imu, (from, result.frames));
+    say(&recording, &result, &out, (from, link), (shared, seed(&resolved, shared), input));
     Ok(())
 }
 
@@ -225,6 +226,25 @@ fn output_file(shared: &CommonOptions) -> Result<PathBuf, Error> {
     }
 }
 
+/// What of a recording counts for nothing: pictures without a partner of the other cameras, an IMU or truth without readings.
+fn input_warnings(recording: &AnyRecording, uses_imu: bool, (from, frames): (FeatureSource, usize)) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let most = recording.frames.iter().map(Vec::len).max().unwrap_or(0);
+    if from == FeatureSource::Pictures && frames < most {
+        warnings.push(format!(
+            "{} of {most} pictures of a camera have no partner of every other camera within 1 ms; they are left out",
+            most - frames
+        ));
+    }
+    if uses_imu && recording.imu.as_ref().is_some_and(|imu| imu.readings.is_empty()) {
+        warnings.push("the folder's IMU has no readings; the tracker runs without".to_owned());
+    }
+    if recording.ground_truth.as_ref().is_some_and(Vec::is_empty) {
+        warnings.push("the folder's ground truth has no pose; no error is measured".to_owned());
+    }
+    warnings
+}
+
 /// What a user should know of a trajectory without a pose.
 fn warnings(result: &TrackingResult, cameras: usize) -> Vec<String> {
     if !result.poses.is_empty() {
@@ -250,13 +270,14 @@ fn say(
     result: &TrackingResult,
     out: &Path,
     (from, link): (FeatureSource, Option<LinkCounts>),
-    (shared, seed): (&CommonOptions, u64),
+    (shared, seed, mut warned): (&CommonOptions, u64, Vec<String>),
 ) {
     let truth = recording.ground_truth.as_ref().map(|truth| recording.reported(truth));
     let of_rig = (recording.cameras.len(), seed);
     let figures = TrackFigures::of(truth.as_deref(), result.poses.clone(), &result.sigmas, of_rig);
     let (tracked, frames) = (result.poses.len(), result.frames);
-    let warnings = warnings(result, recording.cameras.len());
+    warned.extend(warnings(result, recording.cameras.len()));
+    let warnings = warned;
     words::warn(&warnings);
     if shared.json {
         let mut json = json!({

@@ -17,6 +17,7 @@ use crate::error::Error;
 use crate::num::{f64_from_u64, greater, lesser, u64_from};
 use crate::plane::Plane;
 use crate::scene::images::PictureBytes as _;
+use crate::text::without_mark;
 use crate::units::{FrameIndex, Size};
 
 /// Name of the descriptor.
@@ -239,7 +240,7 @@ impl EmvaDescriptor {
     fn parse(text: &str) -> Result<Self, Error> {
         let mut found: Option<(u32, Size)> = None;
         let mut groups: Vec<EmvaGroup> = Vec::new();
-        for (at, line) in text.lines().enumerate() {
+        for (at, line) in without_mark(text).lines().enumerate() {
             let number = at + 1;
             let wrong =
                 |accepted: &str| refused(format!("line {number}: '{line}' is no line of a descriptor; use {accepted}"));
@@ -256,7 +257,9 @@ impl EmvaDescriptor {
                     if !(1..=16).contains(&bits) || !sides.contains(&width_px) || !sides.contains(&height_px) {
                         return Err(wrong("1 to 16 bits and 16 to 8,192 pixels a side"));
                     }
-                    found = Some((bits, Size { width_px, height_px }));
+                    if found.replace((bits, Size { width_px, height_px })).is_some() {
+                        return Err(wrong("one line n"));
+                    }
                 }
                 [kind @ ("b" | "d"), rest @ ..] => {
                     let is_lit = *kind == "b";

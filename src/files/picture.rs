@@ -10,6 +10,7 @@ use super::errors::io_error;
 use super::open::{open_input, read_opened};
 use crate::error::Error;
 use crate::plane::Plane;
+use crate::scene::texture::jpeg::is_cut;
 use crate::units::Size;
 
 /// Longest side that is decoded; the size is read from the header before anything is allocated.
@@ -51,7 +52,11 @@ pub(super) fn grey_of(bytes: &[u8], name: &str) -> Result<(Plane<u16>, u32), Err
         open()?.into_dimensions().map_err(|error| refused(format!("is no picture: {error}")))?;
     let pixels = u64::from(width_px) * u64::from(height_px);
     if width_px > SIDE_PX_MAX || height_px > SIDE_PX_MAX || pixels > PIXELS_MAX || pixels == 0 {
-        return Err(refused(format!("has {width_px} x {height_px} pixels; use {PIXELS_MAX} or fewer")));
+        let most = format!("use up to {SIDE_PX_MAX} a side and {PIXELS_MAX} in all");
+        return Err(refused(format!("has {width_px} x {height_px} pixels; {most}")));
+    }
+    if is_cut(bytes) {
+        return Err(refused("is damaged: it ends before it is complete".to_owned()));
     }
     let picture = open()?.decode().map_err(|error| refused(format!("is damaged: {error}")))?;
     let size = Size { width_px, height_px };

@@ -4,6 +4,8 @@
 
 mod alike;
 pub mod footprint;
+#[cfg(feature = "pictures")]
+pub(crate) mod jpeg;
 mod mip;
 #[cfg(feature = "pictures")]
 pub mod picture;

@@ -6,6 +6,9 @@ use toml::Table;
 use crate::config::suggest;
 use crate::config::tree::Tree;
 use crate::error::Error;
+use crate::report::Report;
+use crate::sweep::record::{CellCost, CellRecord};
+use crate::sweep::signal::SignalSum;
 
 /// Most samples of a random design, and most values of a factor.
 const MANY: u32 = 1_000_000;
@@ -222,6 +225,7 @@ impl SweepFile {
         }
         for (number, factor) in self.factor.iter().enumerate() {
             factor.check(draws, number)?;
+            check_column(number, &factor.name)?;
         }
         let names = |levels: &[NamedLevel]| levels.iter().map(|level| level.name.clone()).collect::<Vec<_>>();
         let factors: Vec<String> = self.factor.iter().map(|factor| factor.name.clone()).collect();
@@ -233,6 +237,21 @@ impl SweepFile {
         }
         Ok(())
     }
+}
+
+/// Columns that a table has of itself.
+const COLUMNS: [&str; 5] = ["cell", "status", "trajectory", "die", "seed"];
+
+/// Refuses a factor whose column would have the name of another.
+fn check_column(number: usize, name: &str) -> Result<(), Error> {
+    let figures = CellRecord::of_report("", &Report::default(), &SignalSum::default(), CellCost::default()).figures;
+    let is_taken = COLUMNS.contains(&name) || name.starts_with("config.") || figures.contains_key(name);
+    if name.is_empty() || is_taken {
+        let reason =
+            if is_taken { "a column of the table has this name; use another" } else { "is empty; name the factor" };
+        return Err(Error::key(&format!("factor.{number}.name"), name, reason));
+    }
+    Ok(())
 }
 
 fn has_twins<T: Ord + Clone>(all: &[T]) -> bool {

@@ -101,6 +101,11 @@ fn a_full_stderr_is_passed_over_and_a_full_stdout_is_exit_4() {
         assert_eq!(code, Some(4), "{arguments:?} with a full stdout");
         assert!(words.contains("stdout: "), "{arguments:?}: {words}");
         assert_eq!(run(arguments, full(), full()).0, Some(4), "{arguments:?} with both full");
+        // For a program the last line is an error.
+        if arguments == ["schema"] {
+            let (_, words) = run(&["schema", "--json"], full(), Stdio::piped());
+            assert!(words.lines().last().is_some_and(|line| line.starts_with("{\"error\":")), "{words}");
+        }
         tried += 1;
     }
     assert_eq!(tried, 11);

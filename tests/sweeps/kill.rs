@@ -80,3 +80,24 @@ fn an_interrupt_keeps_finished_cells_and_ends_with_130() {
     let run = again["run"].as_u64().unwrap();
     assert!(run < 60, "{run} of 60 ran again");
 }
+
+/// As `nohup` starts a program: a terminal that closes does not end it.
+#[cfg(unix)]
+#[test]
+fn a_hang_up_that_was_ignored_at_the_start_stays_ignored() {
+    let test = SweepTest::new("nohup", &sweep(30));
+    let (file, out, cache) = (test.scratch.join("sweep.toml"), test.scratch.join("out"), test.scratch.join("cache"));
+    let mut ignoring = std::process::Command::new("sh");
+    ignoring.args(["-c", "trap '' HUP; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_sensel"), "sweep", "run", &file]);
+    ignoring.args(["--out", &out, "--cache", &cache, "--threads", "1", "--quiet"]);
+    let mut child = ignoring.spawn().unwrap();
+    let folder = test.scratch.path().join("out/cells");
+    while finished_in(&folder) == 0 && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let id = rustix::process::Pid::from_raw(i32::try_from(child.id()).unwrap()).unwrap();
+    assert!(child.try_wait().unwrap().is_none(), "it ended before its signal");
+    rustix::process::kill_process(id, rustix::process::Signal::HUP).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    assert_eq!(finished_in(&folder), 30);
+}

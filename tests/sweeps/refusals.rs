@@ -10,7 +10,8 @@ fn a_bad_sweep_file_is_refused_with_key_and_line() {
         let all: String = (0..count).map(|number| one.replace('N', &format!("f{number}"))).collect();
         format!("scenario = \"box\"\n{all}")
     };
-    let cases: [(String, &[&str]); 14] = [
+    let named = |name: &str| factor("key = \"sensor.adc.bits\"\nvalues = [6, 8]").replace("\"f\"", name);
+    let cases: [(String, &[&str]); 17] = [
         (factor("key = \"sensor.adc.bit\"\nvalues = [8]"), &["sweep.toml:4", "sensor.adc.bit", "did you mean 'bits'"]),
         (factor("key = \"sensor.adc.bits\"\nvalues = [\"x\"]"), &["sweep.toml:4", "whole number"]),
         (factor("key = \"sensor.adc.bits\"\nvalues = []"), &["empty", "at least one"]),
@@ -28,6 +29,10 @@ fn a_bad_sweep_file_is_refused_with_key_and_line() {
         ),
         (factor("key = \"seed\"\nvalues = [1]").replace("box", "no_such_scene"), &["no_such_scene"]),
         ("scenario = ".to_owned(), &["sweep.toml", "line 1"]),
+        // A table has one column of a name.
+        (named("\"seed\""), &["factor.0.name = seed", "use another"]),
+        (named("\"tracking.ate_m\""), &["factor.0.name = tracking.ate_m", "use another"]),
+        (named("\"\""), &["factor.0.name", "name the factor"]),
     ];
     let mut tried = 0;
     for (text, words) in cases {
@@ -40,7 +45,7 @@ fn a_bad_sweep_file_is_refused_with_key_and_line() {
         assert!(!test.scratch.path().join("out").exists(), "nothing is written: {text}");
         tried += 1;
     }
-    assert_eq!(tried, 14);
+    assert_eq!(tried, 17);
 }
 
 #[test]

@@ -4,6 +4,7 @@ use glam::DVec3;
 use sensel::pose::Pose;
 use sensel::scene::file_units::UpAxis;
 use sensel::scene::views::{self, CameraView};
+use sensel::text::escaped;
 
 use super::found::{FileSummary, Light};
 
@@ -48,7 +49,9 @@ pub fn text(found: &FileSummary, view: &CameraView) -> String {
     // A motion starts level along -z: the rest of the view's orientation is the motion's.
     let turn = (rotation * views::looking(0.0, 0.0).inverse()).normalize();
     let file = toml::Value::from(found.name.as_str());
-    let mut text = format!("# {}, from 'sensel scene'.\n[scene]\nfile = {file}\n", found.name);
+    // A name may hold a line break, which would end the comment.
+    let name = escaped(&found.name);
+    let mut text = format!("# {name}, from 'sensel scene'.\n[scene]\nfile = {file}\n");
     if found.units.metres != 1.0 {
         text.push_str(&format!(
             "scale = {:?}                     # metres of a unit of the file\n",

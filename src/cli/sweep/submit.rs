@@ -62,11 +62,18 @@ fn shown(path: &Path) -> String {
     path.display().to_string()
 }
 
-/// For a POSIX shell.
+/// For bash, on one line: a comment of the script repeats words.
 fn quoted(text: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:+".contains(c);
     if !text.is_empty() && text.chars().all(is_plain) {
         text.to_owned()
+    } else if text.chars().any(char::is_control) {
+        let escaped = |c: char| match c {
+            '\'' | '\\' => format!("\\{c}"),
+            c if c.is_control() => format!("\\u{:04x}", u32::from(c)),
+            c => c.to_string(),
+        };
+        format!("$'{}'", text.chars().map(escaped).collect::<String>())
     } else {
         format!("'{}'", text.replace('\'', "'\\''"))
     }
@@ -83,6 +90,7 @@ mod tests {
     #[test]
     fn words_reach_a_shell_as_they_are() {
         assert_eq!(quoted("out/a-1.toml"), "out/a-1.toml");
+        assert_eq!(quoted("a\ntouch 'b' #.toml"), "$'a\\u000atouch \\'b\\' #.toml'");
         assert_eq!(quoted("it's here"), "'it'\\''s here'");
         assert_eq!(quoted(""), "''");
     }

@@ -4,6 +4,7 @@ use std::io::Cursor;
 
 use image::{ImageFormat, ImageReader, Limits};
 
+use super::jpeg::is_cut;
 use super::{Texture, Wrap};
 
 /// Edge of a picture at most.
@@ -60,6 +61,9 @@ impl TexturePicture {
             return Err(format!(
                 "{width} x {height} px; use up to {EDGE_PX_MAX} an edge and {TEXELS_MAX} texels in all pictures"
             ));
+        }
+        if is_cut(bytes) {
+            return Err("it ends before it is complete; copy it again".to_owned());
         }
         budget.0 -= texels;
         let mut decoder = reader()?;
