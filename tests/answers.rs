@@ -171,6 +171,29 @@ fn a_deep_fifo_carries_no_more_than_the_lanes_do() {
 }
 
 #[test]
+fn the_rate_that_a_refusal_names_is_accepted_by_readout_and_link() {
+    // The array alone reads 240 frames a second; the features behind the rows need more lines.
+    for more in [&["compute.target_features=900"][..], &["compute.target_features=0", "sensor.readout.hts=1100"]] {
+        let refused = |rate: &str| {
+            let rate = format!("sensor.readout.frame_rate_hz={rate}");
+            let set = square(&[more, &[&rate]].concat());
+            sensel(&[&["timing"][..], &set.iter().map(String::as_str).collect::<Vec<_>>()].concat())
+        };
+        let first = refused("100000");
+        assert_eq!(first.code, 2, "{first:?}");
+        let rate = first.stderr.split("use ").nth(1).unwrap().split(' ').next().unwrap();
+        let accepted = refused(rate);
+        assert_eq!(accepted.code, 0, "{first:?} then {accepted:?}");
+    }
+    let colour = square(&["sensor.pixel.cfa=rggb"]);
+    let refused = sensel(&[&["timing"][..], &colour.iter().map(String::as_str).collect::<Vec<_>>()].concat());
+    assert!(
+        refused.stderr.contains("sensor.pixel.cfa = rggb") && refused.stderr.contains("qe_by_filter"),
+        "{refused:?}"
+    );
+}
+
+#[test]
 fn a_period_that_is_too_short_to_sleep_is_refused_and_the_one_that_is_named_works() {
     let sleeping = ["energy.sleep_period_ms=20", "energy.wake_us=15001"];
     let set = square(&sleeping);

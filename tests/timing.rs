@@ -334,7 +334,7 @@ fn impossible_timing_is_refused_with_what_would_do() {
         (&["exposure_lines=0"], "use 1"),
         (&["exposure_us=5.0", "exposure_lines=3"], "use one of the two"),
         (&["vts=900", "frame_rate_hz=30.0"], "use one of the two"),
-        (&["frame_rate_hz=200.0"], "which need 480; use 107.75862068965517 or less"),
+        (&["frame_rate_hz=200.0"], "need 498 lines on this link; use 103.863 or less"),
         (&["exposure_fine_clk=928"], "0 to 927"),
         (&["trigger=external"], "trigger_period_us"),
         (&["trigger=external", "trigger_period_us=33330.0"], "use 33330.667"),

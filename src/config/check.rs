@@ -158,8 +158,13 @@ impl Scenario {
         let key = "sensor.pixel.quantum_efficiency";
         let mut efficiencies = Vec::new();
         if let Some(one) = pixel.quantum_efficiency {
-            if pixel.cfa != "mono" || pixel.qe_by_filter.is_some() {
+            if pixel.qe_by_filter.is_some() {
                 return Err(Error::key(key, one, "qe_by_filter is written too; use one of the two"));
+            }
+            if pixel.cfa != "mono" {
+                let reason =
+                    "only \"mono\" has one efficiency; use \"mono\", or a pattern of capital letters with qe_by_filter";
+                return Err(Error::key("sensor.pixel.cfa", &pixel.cfa, reason));
             }
             efficiencies.push(('M', [within(key, one, 0.0..=1.0, "0 to 1")?; FILTER_BANDS]));
         }

@@ -85,6 +85,27 @@ pub(super) fn frame_lines(exposure_lines: u64, geometry: &Geometry, params: &Rea
     Ok(frame)
 }
 
+/// The shortest frame that holds rows and exposures, said as the parameters say theirs. Fails on an exposure that no frame holds.
+pub(super) fn shortest_frame(geometry: &Geometry, params: &ReadoutParams) -> Result<FrameLength, Error> {
+    let needed = needed_lines(exposure_lines(params)?, geometry, params);
+    Ok(match params.frame {
+        FrameLength::RateHz(_) => FrameLength::RateHz(fastest_hz(needed, params)),
+        FrameLength::Lines(_) => FrameLength::Lines(u32::try_from(needed).unwrap_or(LENGTH_MAX)),
+    })
+}
+
+/// Lines that a frame needs. One that grows with its exposure need only hold its rows.
+fn needed_lines(exposure_lines: u64, geometry: &Geometry, params: &ReadoutParams) -> u64 {
+    let made = slots(exposure_lines, params);
+    let demand = frame_demand(&made, geometry.reads(), params.exposure_fine_clk, params);
+    if params.long_exposure == LongExposure::ExtendFrame { demand.rows } else { demand.lines() }
+}
+
+/// The rate of exactly this number of lines: read again, it rounds to them.
+fn fastest_hz(lines: u64, params: &ReadoutParams) -> f64 {
+    f64_from_u64(params.pixel_rate_hz) / f64_from_u64(u64::from(params.hts) * lines)
+}
+
 /// Says what a frame must hold and how long, or how slow, it must be.
 fn frame_too_short(
     frame: u64,
@@ -93,14 +114,10 @@ fn frame_too_short(
     geometry: &Geometry,
     params: &ReadoutParams,
 ) -> Error {
-    let made = slots(exposure_lines, params);
-    let demand = frame_demand(&made, geometry.reads(), params.exposure_fine_clk, params);
     let (rows, exposures) = (geometry.reads(), params.hdr.exposures());
-    // A frame that grows with its exposure need only hold its rows.
-    let needed = if params.long_exposure == LongExposure::ExtendFrame { demand.rows } else { demand.lines() };
+    let needed = needed_lines(exposure_lines, geometry, params);
     if let FrameLength::RateHz(rate_hz) = params.frame {
-        // The rate of exactly this number of lines: read again, it rounds to them.
-        let fastest_hz = f64_from_u64(params.pixel_rate_hz) / f64_from_u64(u64::from(params.hts) * needed);
+        let fastest_hz = fastest_hz(needed, params);
         let what = if rows_do_not_fit { "rows" } else { "exposure and its margin" };
         let reason = format!(
             "a frame of {frame} lines is too short for its {what}, which need {needed}; use {fastest_hz} or less"

@@ -30,6 +30,13 @@ pub struct Schedule {
 }
 
 impl Schedule {
+    /// The parameters with the shortest frame that holds their rows and exposures. Fails on what no frame holds.
+    pub fn with_shortest_frame(array: Size, params: &ReadoutParams) -> Result<ReadoutParams, Error> {
+        params.check()?;
+        let frame = limits::shortest_frame(&Geometry::new(array, params)?, params)?;
+        Ok(ReadoutParams { frame, ..params.clone() })
+    }
+
     /// Checks that array, converter and link fit into a line, and rows and exposures into a frame. `packet_s` is the time of an
     /// output row's packet on the link with its low-power transitions, 0 where the link does not count. Fails on what does not fit, by
     /// key and value, with the shortest line or frame (or the fastest rate) that is accepted.

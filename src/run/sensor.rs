@@ -158,7 +158,18 @@ impl SensorSetup {
         let bits = merge.as_ref().map_or(parameters.adc.bits, HdrMerge::bits);
         let packet_time_s = packet_demand_s(&link, size, bits, &readout)
             .map_err(|error| at_key_of_width(error, (array, size), &readout))?;
-        let schedule = Schedule::new(array, &readout, &parameters.adc, packet_time_s)?;
+        let timed = |readout: &ReadoutParams| Schedule::new(array, readout, &parameters.adc, packet_time_s);
+        let (schedule, too_short) = match timed(&readout) {
+            Ok(schedule) => (schedule, None),
+            // The frame that the error names may be too short for the link, which then names a longer one.
+            Err(error) => {
+                let shortest = Schedule::with_shortest_frame(array, &readout).and_then(|readout| timed(&readout));
+                match shortest {
+                    Ok(schedule) => (schedule, Some(error)),
+                    Err(_) => return Err(error),
+                }
+            }
+        };
         let extractor = scenario.extractor()?;
         ExtractorParams::check_size(size)?;
         let clock_hz = scenario.compute_hz()?;
@@ -197,10 +208,24 @@ impl SensorSetup {
             host,
             power,
         };
-        setup.check_frame(setup.extractor.features_expected(size))?;
+        let passes = setup.check_frame(setup.extractor.features_expected(size));
+        if let Some(error) = too_short {
+            return Err(with_reason_of(error, passes.err()));
+        }
+        passes?;
         setup.auto_exposure()?;
         crate::config::idle::check(resolved)?;
         Ok(setup)
+    }
+}
+
+/// An error on the frame's length, with the reason of another one that asks for a longer frame.
+fn with_reason_of(error: Error, longer: Option<Error>) -> Error {
+    match (&error, longer) {
+        (Error::Config { key, value, .. }, Some(Error::Config { key: of_longer, reason, .. })) if *key == of_longer => {
+            Error::key(key, value, reason)
+        }
+        _ => error,
     }
 }
 
