@@ -108,7 +108,8 @@ const OUT_OF_RANGE: &[(&str, &str, &str)] = &[
     ("sensor.readout.shutter", "iris", "global, rolling"),
     ("sensor.readout.exposure", "sometimes", "fixed, auto"),
     ("sensor.readout.hts", "100", "use hts = 665"),
-    ("sensor.readout.vts", "100", "vts = 480"),
+    ("sensor.readout.vts", "100", "vts = 498"),
+    ("sensor.preset", "1", "name of a preset"),
     ("sensor.readout.pixel_rate_hz", "0", "1 kHz to 100 GHz"),
     // VTS 1724 less a margin of 20 lines of 19.333 us.
     ("sensor.readout.exposure_us", "33000.0", "32944.000"),

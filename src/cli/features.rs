@@ -18,10 +18,11 @@ use super::setup::FolderAssets;
 use super::{draw, listing, paths, words};
 
 pub fn main(arguments: &FeaturesArguments, shared: &CommonOptions) -> Result<(), Error> {
+    let table: &[&str] = &["csv", "txt"];
     for (option, file, endings, what) in
-        [("--csv", &arguments.csv, ["csv", "txt"], "CSV"), ("--draw", &arguments.draw, ["png", "png"], "PNG")]
+        [("--csv", &arguments.csv, table, "CSV"), ("--draw", &arguments.draw, &["png"], "PNG")]
     {
-        file.as_ref().map_or(Ok(()), |file| paths::check_ending(option, file, &endings[..], what))?;
+        file.as_ref().map_or(Ok(()), |file| paths::check_ending(option, file, endings, what))?;
     }
     let (ending, what) = match (shared.json, arguments.at) {
         (true, _) => ("json", "JSON (with --json)"),

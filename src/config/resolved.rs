@@ -57,7 +57,10 @@ impl Resolved {
         let mut preview = chosen.clone();
         preview.merge_exclusive(user.clone(), EXCLUSIVE);
         for (key, kind) in [("sensor.preset", PresetKind::Sensor), ("optics.preset", PresetKind::Lens)] {
-            let Some(named) = preview.get(key).and_then(toml::Value::as_str) else { continue };
+            let Some(value) = preview.get(key) else { continue };
+            let Some(named) = value.as_str() else {
+                return Err(preview.locate(Error::key(key, value, "is no text; use the name of a preset in quotes")));
+            };
             if kind == PresetKind::Sensor && sensor_file::is_file(named) {
                 let [base, own] =
                     sensor_file::layers(named, read).map_err(|error| preview.locate(error.named_by(key, named)))?;

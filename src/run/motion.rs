@@ -156,7 +156,11 @@ fn read(file: &str, assets: &dyn Assets) -> Result<Recording, Error> {
     let refused = |reason: String| Error::key("motion.file", file, reason);
     let bytes = assets.read(file).map_err(|error| error.named_by("motion.file", file))?;
     let text = crate::text::from_bytes(bytes).map_err(&refused)?;
-    recording::parse(&text).map_err(|error| refused(error.to_string()))
+    let recording = recording::parse(&text).map_err(|error| refused(error.to_string()))?;
+    if recording.samples.is_empty() {
+        return Err(refused("has no pose; use a recording, a pose a line".to_owned()));
+    }
+    Ok(recording)
 }
 
 fn recorded(file: &str, bridge_gaps_s: f64, asked: Span, assets: &dyn Assets) -> Result<(Spline, Vec<String>), Error> {

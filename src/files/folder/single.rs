@@ -20,7 +20,8 @@ enum FileWriteMode {
 }
 
 /// Writes a file beside its target and renames it there, so that it is whole or what it was before. A file that is replaced keeps its
-/// permissions. Pipes and devices are written to; they are never replaced. Fails where the disk says no; then nothing changed.
+/// permissions. Pipes and devices are written to; they are never replaced. Fails on a write-protected file, or where the disk says no; then
+/// nothing changed.
 pub fn replace_file(target: &Path, bytes: &[u8]) -> Result<(), Error> {
     let existing = std::fs::metadata(target).ok();
     let mode = mode_for(target, existing.as_ref())?;
@@ -43,6 +44,11 @@ fn mode_for(target: &Path, existing: Option<&Metadata>) -> Result<FileWriteMode,
     match existing {
         Some(metadata) if metadata.is_dir() => return Err(io_error(target)(ErrorKind::IsADirectory.into())),
         Some(metadata) if !metadata.is_file() => return Ok(FileWriteMode::Direct),
+        // A rename would take its place all the same.
+        Some(metadata) if metadata.permissions().readonly() => {
+            let reason = "is write-protected; name another file".to_owned();
+            return Err(Error::Content { file: target.display().to_string(), reason });
+        }
         _ => {}
     }
     // The option's name is the caller's to say.

@@ -274,6 +274,9 @@ fn a_replaced_folder_keeps_its_permissions() {
     fs::set_permissions(&file, fs::Permissions::from_mode(0o604)).unwrap();
     replace_file(&file, b"y").unwrap();
     assert_eq!((mode(&file), fs::read_to_string(&file).unwrap().as_str()), (0o604, "y"));
+    fs::set_permissions(&file, fs::Permissions::from_mode(0o444)).unwrap();
+    assert!(replace_file(&file, b"z").unwrap_err().to_string().contains("write-protected"));
+    assert!(check_file(&file).is_err() && fs::read_to_string(&file).unwrap() == "y");
 }
 
 /// Names that look like this program's, but whose content does not.
