@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import difflib
+import json
+
+
+def one_line(text: str) -> str:
+    """A text with its line breaks, control characters and bytes that are no UTF-8 escaped: it stays on its line, also as a comment of a file."""
+    return "".join(one if one.isprintable() else json.dumps(one)[1:-1].replace("\x7f", "\\u007f") for one in text)
 
 
 class Failure(Exception):
     """A message for the user, and the exit code that `sensel` has for its kind."""
 
     def __init__(self, message: str, code: int = 2):
-        super().__init__(message)
+        super().__init__(one_line(message))
         self.code = code
 
 
@@ -17,6 +23,11 @@ def refused(file: str, key: str, value: object, reason: str) -> Failure:
     """A value of the search file that cannot be; the reason names one that can."""
     shown = "" if value is None else f" = {value}"
     return Failure(f"{file}: {key}{shown}: {reason}")
+
+
+def damaged(path: object, advice: str) -> Failure:
+    """A file of a search's folder that cannot be read."""
+    return Failure(f"{path}: is damaged; {advice}")
 
 
 def nearest(word: str, known: list[str]) -> str:
