@@ -10,6 +10,8 @@ import tempfile
 from contextlib import ExitStack
 from pathlib import Path
 
+from .processes import NoProgram, called
+
 QUEUES = {"slurm": "SLURMCluster", "lsf": "LSFCluster", "sge": "SGECluster", "pbs": "PBSCluster"}
 
 
@@ -45,18 +47,18 @@ def client_of(arguments: argparse.Namespace):
     return Client(LocalCluster(n_workers=arguments.workers, threads_per_worker=1, dashboard_address=None))
 
 
-def run_on(client, arguments: argparse.Namespace, file: str, out: str) -> int:
+def planned(arguments: argparse.Namespace, file: str, out: str) -> tuple[int, list[list[str]]]:
+    """The exit code of `sensel sweep plan`, and the cells of a file in chunks."""
+    words = [arguments.program, "sweep", "plan", file, "--out", out, *arguments.rest, "--json"]
+    said = called(words, stdout=subprocess.PIPE, text=True)
+    return said.returncode, [] if said.returncode else chunks(json.loads(said.stdout)["cells"], arguments.chunk)
+
+
+def run_on(client, arguments: argparse.Namespace, file: str, out: str, work: list[list[str]]) -> int:
     """Maps chunks of a file's cells onto the workers and returns the worst exit code."""
     from distributed import as_completed
 
-    shared = [file, "--out", out, *arguments.rest]
-    planned = subprocess.run(
-        [arguments.program, "sweep", "plan", *shared, "--json"], stdout=subprocess.PIPE, check=False, text=True
-    )
-    if planned.returncode:
-        return planned.returncode
-    work = chunks(json.loads(planned.stdout)["cells"], arguments.chunk)
-    command = [arguments.program, "sweep", "run", *shared]
+    command = [arguments.program, "sweep", "run", file, "--out", out, *arguments.rest]
     codes: list[int] = []
     futures = client.map(
         lambda names: run_cells(command, names, arguments.cores), work, pure=False, retries=arguments.retries
@@ -88,19 +90,20 @@ class Engine:
         """The exit code of all cells of a file."""
         asked = self.arguments
         if asked.engine == "local":
-            return subprocess.run(self.words("run", file, out) + ["--quiet"], stdin=subprocess.DEVNULL, check=False).returncode
+            return called(self.words("run", file, out) + ["--quiet"]).returncode
         if asked.engine == "slurm":
             return self.run_on_slurm(file, out)
+        code, work = planned(asked, str(file), str(out))
+        if code:
+            return code
         if self.client is None:
             self.client = self.opened.enter_context(client_of(asked))
-        return run_on(self.client, asked, str(file), str(out))
+        return run_on(self.client, asked, str(file), str(out), work)
 
     def run_on_slurm(self, file: Path, out: Path) -> int:
         """Submits the program's own array script and waits for its tasks."""
         submit = self.words("submit", file, out) + ["--engine", "slurm", "--shards", str(self.arguments.jobs)]
-        written = subprocess.run(
-            [*submit, "--cpus", str(self.arguments.cores)], stdout=subprocess.PIPE, stdin=subprocess.DEVNULL, check=False
-        )
+        written = called([*submit, "--cpus", str(self.arguments.cores)], stdout=subprocess.PIPE)
         if written.returncode:
             return written.returncode
         script = file.with_suffix(".sh")
@@ -109,8 +112,8 @@ class Engine:
         printed = str(file.with_suffix("")).replace("%", "%%") + "-%a.out"
         submission = ["sbatch", "--wait", "--quiet", f"--output={printed}", str(script)]
         try:
-            return subprocess.run(submission, stdin=subprocess.DEVNULL, check=False).returncode
-        except FileNotFoundError:
+            return called(submission).returncode
+        except NoProgram:
             print("sensel-sweep: --engine slurm: there is no sbatch here; run this on a login node of the cluster", file=sys.stderr)
             return 2
 
@@ -121,5 +124,8 @@ class Engine:
 
 def submit(arguments: argparse.Namespace) -> int:
     """Runs all cells of a sweep file on Dask and returns the worst exit code."""
+    code, work = planned(arguments, arguments.file, arguments.out)
+    if code:
+        return code
     with client_of(arguments) as client:
-        return run_on(client, arguments, arguments.file, arguments.out)
+        return run_on(client, arguments, arguments.file, arguments.out, work)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..cluster import Engine
+from ..processes import called
 from .failure import Failure, one_line
 from .file import SearchFile
 
@@ -96,10 +97,7 @@ def refusal(engine: Engine, search: SearchFile, cells: list[tuple[str, dict]], f
         words = engine.words("run", file, folder / "sweep") + ["--cells", str(none), "--quiet"]
         for figure in figures:
             words += ["--spec", f"{figure} >= 0 for 50 %"]
-        try:
-            said = subprocess.run(words, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False)
-        except OSError as error:
-            raise Failure(f"--program {words[0]}: {error.strerror}; name the program sensel with --program") from None
+        said = called(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, errors="backslashreplace")
     if said.returncode == DONE:
         return None
     lines = [line for line in said.stderr.splitlines() if line.strip()]
@@ -110,7 +108,7 @@ def refusal(engine: Engine, search: SearchFile, cells: list[tuple[str, dict]], f
 
 def gathered(engine: Engine, file: Path, out: Path, table: Path) -> dict[str, Result]:
     """The finished cells of a sweep file by label; keeps the table beside the file."""
-    said = subprocess.run(engine.words("gather", file, out) + ["--quiet"], capture_output=True, text=True, check=False)
+    said = called(engine.words("gather", file, out) + ["--quiet"], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     if said.returncode != DONE:
         return {}
     write_whole(table, (out / "cells.csv").read_text(encoding="utf-8"))
