@@ -10,9 +10,13 @@ import tempfile
 from contextlib import ExitStack
 from pathlib import Path
 
-from .processes import NoProgram, called
+from .processes import NoProgram, called, started
 
 QUEUES = {"slurm": "SLURMCluster", "lsf": "LSFCluster", "sge": "SGECluster", "pbs": "PBSCluster"}
+
+
+# On a worker, the programs that run and the sweep files that they run cells of.
+RUNNING: dict[subprocess.Popen, str] = {}
 
 
 def run_cells(command: list[str], cells: list[str], threads: int) -> int:
@@ -21,7 +25,18 @@ def run_cells(command: list[str], cells: list[str], threads: int) -> int:
         names.write("\n".join(cells) + "\n")
         names.flush()
         words = [*command, "--cells", names.name, "--threads", str(threads), "--quiet"]
-        return subprocess.run(words, stdin=subprocess.DEVNULL, check=False).returncode
+        child = started(words)
+        RUNNING[child] = command[3]
+        try:
+            return child.wait()
+        finally:
+            del RUNNING[child]
+
+
+def stop_cells(file: str) -> None:
+    """On a worker, asks the programs that run cells of a sweep file to stop."""
+    for child in [child for child, own in RUNNING.items() if own == file]:
+        child.terminate()
 
 
 def chunks(cells: list[dict], size: int) -> list[list[str]]:
@@ -63,12 +78,18 @@ def run_on(client, arguments: argparse.Namespace, file: str, out: str, work: lis
     futures = client.map(
         lambda names: run_cells(command, names, arguments.cores), work, pure=False, retries=arguments.retries
     )
-    for done, future in enumerate(as_completed(futures), start=1):
-        error = future.exception()
-        codes.append(1 if error else future.result())
-        if error:
-            print(f"sensel-sweep: a chunk failed: {error}", file=sys.stderr)
-        print(f"sensel-sweep: {done} of {len(work)} chunks", file=sys.stderr)
+    try:
+        for done, future in enumerate(as_completed(futures), start=1):
+            error = future.exception()
+            codes.append(1 if error else future.result())
+            if error:
+                print(f"sensel-sweep: a chunk failed: {error}", file=sys.stderr)
+            print(f"sensel-sweep: {done} of {len(work)} chunks", file=sys.stderr)
+    except KeyboardInterrupt:
+        # Those that wait are not started any more; a worker that ends would leave its program behind.
+        client.cancel(futures)
+        client.run(stop_cells, file, on_error="ignore")
+        raise
     return max(codes, default=0)
 
 
