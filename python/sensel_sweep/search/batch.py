@@ -67,7 +67,7 @@ def sweep_text(search: SearchFile, folder: Path, cells: list[tuple[str, dict]], 
     try:
         scenario.encode()
     except UnicodeEncodeError:
-        reason = "a folder on its path has a name that is no UTF-8, so a sweep file cannot name it; rename the folder, or put --out inside it"
+        reason = "a folder on its path has a name that is no UTF-8, so a sweep file cannot name it; rename the folder"
         raise Failure(f"{search.path}: scenario = {search.scenario}: {reason}") from None
     lines = [f"# {one_line(comment)}", f"scenario = {value_text(scenario)}", 'method = "list"']
     if search.cameras_alone:

@@ -52,7 +52,8 @@ class Checks:
         """True or false; false unless given."""
         value = table.get(key, False)
         if not isinstance(value, bool):
-            raise self.refused(key, value, "must be a boolean, true or false without quotes")
+            shown = f'"{value}"' if isinstance(value, str) else value
+            raise self.refused(key, shown, "must be a boolean: true or false, without quotes")
         return value
 
     def tables(self, where: str, value: object) -> list[dict]:
@@ -113,7 +114,7 @@ class Checks:
             raise self.refused(where, value, f"give at least one [[{where}]] with name and set, or leave it out")
         return found
 
-    def refuse_twins(self, where: str, names: list) -> None:
+    def refuse_twins(self, where: str, names: list, advice: str = "give each its own name") -> None:
         twins = [name for number, name in enumerate(names) if name in names[:number]]
         if twins:
-            raise self.refused(where, twins[0], "stands there twice; give each its own name")
+            raise self.refused(where, twins[0], f"stands there twice; {advice}")

@@ -5,6 +5,9 @@ from __future__ import annotations
 import difflib
 import json
 
+# Characters of a wrong value that a message shows.
+SHOWN_MOST = 80
+
 
 def one_line(text: str) -> str:
     """A text with its line breaks, control characters and bytes that are no UTF-8 escaped: it stays on its line, also as a comment of a file."""
@@ -21,7 +24,8 @@ class Failure(Exception):
 
 def refused(file: str, key: str, value: object, reason: str) -> Failure:
     """A value of the search file that cannot be; the reason names one that can."""
-    shown = "" if value is None else f" = {value}"
+    text = str(value)
+    shown = "" if value is None else f" = {text if len(text) <= SHOWN_MOST else text[:SHOWN_MOST] + '...'}"
     return Failure(f"{file}: {key}{shown}: {reason}")
 
 

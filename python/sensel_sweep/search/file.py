@@ -214,8 +214,8 @@ def constraint_parts(text: str, example: str) -> tuple[str, str, float, float | 
     figure, _, limit_text = (part.strip() for part in rule.partition(relation))
     share = None
     if has_share:
-        number = re.fullmatch(r"\s*([0-9.]+)\s*%\s*", share_text)
-        share = float(number[1]) / 100.0 if number and number[1].count(".") < 2 else None
+        number = re.fullmatch(r"\s*([0-9]+\.?[0-9]*|\.[0-9]+)\s*%\s*", share_text)
+        share = float(number[1]) / 100.0 if number else None
         if share is None or not 0.0 < share < 1.0:
             raise ValueError(f"the share must be above 0 and below 100 %; {example}")
     try:
@@ -234,9 +234,11 @@ def read(path: Path, own: dict | None = None) -> SearchFile:
         table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise Failure(f"{path}: {error.strerror or error}", 4) from None
-    except (ValueError, RecursionError) as error:
-        # Text that is no TOML or no UTF-8, a number of thousands of digits, or lists in lists in lists.
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise Failure(f"{path}: {error}") from None
+    except (ValueError, RecursionError):
+        # Python does not read a number of thousands of digits, nor lists within hundreds of lists.
+        raise Failure(f"{path}: a number has too many digits, or lists and tables are nested too deeply; use finite numbers") from None
     if own and isinstance(table.get("search", {}), dict):
         table["search"] = {**table.get("search", {}), **own}
     return Reader(str(path)).search_file(path, table)
@@ -266,7 +268,7 @@ class Reader(Checks):
             if not isinstance(values, list) or len(values) < 2:
                 raise self.refused(f"{where}.values", values, "give at least two values, as in values = [8, 10, 12]")
             self.scenario_value(f"{where}.values", values)
-            self.refuse_twins(f"{where}.values", values)
+            self.refuse_twins(f"{where}.values", values, "leave one out")
             return Factor(name, key, values=tuple(values))
         low, high = table.get("low"), table.get("high")
         for end, value in (("low", low), ("high", high)):
@@ -321,7 +323,7 @@ class Reader(Checks):
         is_list = isinstance(seeds, list) and all(isinstance(one, int) and not isinstance(one, bool) and 0 <= one < 2**63 for one in seeds)
         if not is_list or not seeds:
             raise self.refused("final.seeds", seeds, f"must be a count from 1 to {SEEDS_MOST} or a list, as in seeds = 20")
-        self.refuse_twins("final.seeds", seeds)
+        self.refuse_twins("final.seeds", seeds, "leave one out")
         seen = [seed for seed in seeds if seed <= seeds_most and seed > 0]
         if seen:
             raise self.refused("final.seeds", seen[0], f"the search itself uses seeds 1 to {seeds_most}; use {seeds_most + 1} or more")
