@@ -59,7 +59,7 @@ def read(folder: Path, goals: Goals) -> Other:
         ]
         other = Other(str(folder), found["seed"], found["sampler"], found["cells"], held)
         constraints = found["constraints"]
-        is_whole = all(is_plausible(one, len(objectives), len(constraints)) for one in held)
+        is_whole = all(is_plausible(one, len(set(objectives)), len(set(constraints))) for one in held)
     except OSError as error:
         raise Failure(f"--beside {folder}: report.json: {error.strerror}; {advice}") from None
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
