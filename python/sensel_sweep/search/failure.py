@@ -10,7 +10,7 @@ SHOWN_MOST = 80
 
 
 def one_line(text: str) -> str:
-    """A text with its line breaks, control characters and bytes that are no UTF-8 escaped: it stays on its line, also as a comment of a file."""
+    """A text that stays on its line, also in a comment: line breaks, control characters and bytes that are no UTF-8 are escaped."""
     return "".join(one if one.isprintable() else json.dumps(one)[1:-1].replace("\x7f", "\\u007f") for one in text)
 
 

@@ -98,8 +98,8 @@ def check_identity(state: State) -> None:
             found = json.loads(path.read_text(encoding="utf-8"))["search"]
         except (ValueError, KeyError, TypeError, RecursionError):
             whole = json.dumps({"search": state.search.identity})
-            advice = f"if {state.search.path} is as it was when this folder was searched, write {whole} into it; else name another folder with --out"
-            raise damaged(path, advice) from None
+            advice = f"if {state.search.path} is as it was when this folder was searched, write {whole} into it"
+            raise damaged(path, f"{advice}; else name another folder with --out") from None
         if found != state.search.identity:
             raise Failure(f"{state.search.path}: has changed since {state.out} was searched; name another folder with --out")
         return

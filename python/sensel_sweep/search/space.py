@@ -38,8 +38,8 @@ def first(search: SearchFile) -> list[dict]:
 
 
 def start(search: SearchFile) -> list[tuple[dict, str | None]]:
-    """The first round with the names of guesses: each design once. A point that is a guess or that was drawn before stays out, so that a space
-    of few designs gives fewer."""
+    """The first round with the names of guesses: each design once. A point that is a guess or that was drawn before stays out, so that a
+    space of few designs gives fewer."""
     guesses = [is_ for _, is_ in search.guesses]
     points: list[dict] = []
     for is_ in first(search):
