@@ -41,7 +41,8 @@ def stoppable() -> Iterator[None]:
     """SIGTERM and SIGHUP stop this program as SIGINT does. A signal that was ignored when it started, as by nohup, stays ignored."""
     usual = []
     if threading.current_thread() is threading.main_thread():
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        # Windows has no SIGHUP.
+        for number in (getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)):
             handler = signal.getsignal(number)
             if handler in (signal.SIG_DFL, signal.default_int_handler):
                 usual.append((number, handler))

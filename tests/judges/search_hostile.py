@@ -115,6 +115,12 @@ class Trials:
         file.write_text(text.replace("bits = 6", 'bits = "a"'), encoding="utf-8")
         refused(*self.search(file, out), says=[str(file), "not all of them together", "have the same configuration"])
         assert not (out / "rounds").exists()
+        # Nothing ran, so that the file may be corrected and searched in the same folder.
+        file.write_text(SEARCH, encoding="utf-8")
+        code, _, err = call(*self.search(file, out))
+        assert code == 0, err
+        file.write_text(SEARCH.replace("batch = 2", "batch = 3"), encoding="utf-8")
+        refused(*self.search(file, out), says=[str(file), "has changed since", "--out"])
 
     def damaged_tables_are_gathered_again(self):
         before = texts(self.out)

@@ -100,14 +100,16 @@ def check_identity(state: State) -> None:
             whole = json.dumps({"search": state.search.identity})
             advice = f"if {state.search.path} is as it was when this folder was searched, write {whole} into it"
             raise damaged(path, f"{advice}; else name another folder with --out") from None
-        if found != state.search.identity:
+        if found == state.search.identity:
+            return
+        if (state.out / "rounds").exists():
             raise Failure(f"{state.search.path}: has changed since {state.out} was searched; name another folder with --out")
-        return
+        # Its first round was refused, and now the file is another one.
+    elif state.out.exists() and any(state.out.iterdir()) and not state.reads_only:
+        raise Failure(f"{state.out}: holds files and no search; name an empty folder with --out")
     if state.reads_only:
         reason = f"holds no search; run 'sensel-sweep search {state.search.path.name}' first, or name its folder with --out"
         raise Failure(f"{state.out}: {reason}")
-    if state.out.exists() and any(state.out.iterdir()):
-        raise Failure(f"{state.out}: holds files and no search; name an empty folder with --out")
     write_whole(path, json.dumps({"search": state.search.identity, "versions": versions()}) + "\n")
 
 
