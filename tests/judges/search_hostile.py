@@ -201,7 +201,8 @@ def stopped_by(number, program, file, folder, ignored=None):
         for usual in (signal.SIGTERM, signal.SIGHUP):
             signal.signal(usual, signal.SIG_IGN if usual == ignored else signal.SIG_DFL)
 
-    with subprocess.Popen(words, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, preexec_fn=prepare) as search:
+    printed = folder / "slow.txt"
+    with printed.open("w") as stderr, subprocess.Popen(words, stdin=subprocess.DEVNULL, stderr=stderr, preexec_fn=prepare) as search:
         wait_for(lambda: pid_file.exists() and pid_file.read_text(encoding="utf-8").strip())
         child = int(pid_file.read_text(encoding="utf-8"))
         if ignored:
@@ -209,9 +210,13 @@ def stopped_by(number, program, file, folder, ignored=None):
             time.sleep(0.5)
             assert search.poll() is None and is_running(child), "an ignored signal stays ignored"
         search.send_signal(number)
-        said = search.stderr.read()
+        search.wait(timeout=60)
+    is_left = is_running(child)
+    if is_left:
+        os.kill(child, signal.SIGKILL)
+    assert not is_left, f"{number} leaves the program {child} behind"
+    said = printed.read_text(encoding="utf-8")
     assert search.returncode == 130 and "stopped; finished cells are kept" in said, (number, search.returncode, said)
-    assert not is_running(child), f"{number} leaves the program {child} behind"
 
 
 def is_running(process):
