@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import io
 import sys
 from pathlib import Path
 
 from . import cluster
+from .processes import NoProgram, stoppable
 
 
 def add_engine(part: argparse.ArgumentParser, engines: list[str], chunk: int) -> None:
@@ -59,16 +61,33 @@ def parser() -> argparse.ArgumentParser:
 
 def main() -> None:
     """The command line; ends with an exit code as `sensel` has them."""
+    with stoppable():
+        try:
+            code = run()
+        except NoProgram as missing:
+            print(f"sensel-sweep: --program {missing}; name the program sensel with --program", file=sys.stderr)
+            code = 2
+        except KeyboardInterrupt:
+            print("sensel-sweep: stopped; finished cells are kept, call it again to go on", file=sys.stderr)
+            code = 130
+    sys.exit(code)
+
+
+def run() -> int:
+    """Reads the words of the command line and does what they say; an exit code."""
     arguments, rest = parser().parse_known_args()
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # Names of files that are no UTF-8 are printed as they are.
+        sys.stdout.reconfigure(errors="surrogateescape")
     arguments.rest = rest
     arguments.file = str(Path(arguments.file).resolve())
     if arguments.out:
         arguments.out = str(Path(arguments.out).resolve())
     if arguments.part == "submit":
-        sys.exit(cluster.submit(arguments))
+        return cluster.submit(arguments)
     try:
         from . import search
     except ModuleNotFoundError as missing:
         print(f"sensel-sweep: a search needs {missing.name}: pip install 'sensel-sweep[search]'", file=sys.stderr)
-        sys.exit(2)
-    sys.exit(search.main(arguments))
+        return 2
+    return search.main(arguments)

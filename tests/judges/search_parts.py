@@ -5,13 +5,14 @@ import json
 import math
 import random
 import tempfile
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
 import numpy
 from optuna._hypervolume import compute_hypervolume
 from scipy import special
-from sensel_sweep.search import beside, choice, file, propose, rungs, space, sureness
+from sensel_sweep.search import batch, beside, choice, failure, file, propose, rungs, space, sureness
 from sensel_sweep.search.batch import Result, Run
 from sensel_sweep.search.designs import Design, Goals, excess_of, front, hypervolume, summaries_of, summary
 from sensel_sweep.search.file import Objective, constraint
@@ -138,6 +139,33 @@ def files_are_read():
         example.write_text(text, encoding="utf-8")
         found = file.read(example)
         assert len(found.constraints) == 3 and found.rungs[0].cost == 0.5
+
+
+def a_first_round_has_each_design_once():
+    # Nothing is equal in a space of ranges: the points as they are drawn, then the guesses.
+    assert space.start(SEARCH) == [(is_, None) for is_ in space.first(SEARCH)] + [(is_, name) for name, is_ in SEARCH.guesses]
+    factors = (file.Factor("bits", "b", values=(8, 10)), file.Factor("mode", "m", levels=(("on", {"m": 1}), ("off", {"m": 0}))))
+    guess = {"bits": 8, "mode": "off"}
+    for seed, sampler in itertools.product(range(20), ("auto", "random")):
+        small = replace(SEARCH, factors=factors, guesses=(("expert", guess),), start=12, seed=seed, sampler=sampler)
+        points = space.start(small)
+        # The first of equal points stays where it was drawn; the guess keeps its name.
+        drawn = [is_ for at, is_ in enumerate(space.first(small)) if is_ not in space.first(small)[:at]]
+        assert points == [*((is_, None) for is_ in drawn if is_ != guess), (guess, "expert")] and len(points) <= 4, points
+        # Where all designs are known, nothing is proposed.
+        every = [{"bits": bits, "mode": mode} for bits in (8, 10) for mode in ("on", "off")]
+        known = [replace(design(at, [result(10.0 + at, 0.01)]), is_=is_) for at, is_ in enumerate(every)]
+        summaries = [summary(GOALS, one) for one in known]
+        assert propose.proposals(small, GOALS, summaries, 1, 3) == [] and len(propose.proposals(small, GOALS, summaries[:3], 1, 3)) <= 1
+
+
+def a_text_stays_on_its_line():
+    assert failure.one_line("plain, \"quoted\" and ü") == "plain, \"quoted\" and ü"
+    for odd in ("a\nb", "a\rb", "a\x00b", "a\x7fb", "a\u2028b", "a\udcffb", "a\tb"):
+        escaped = failure.one_line(odd)
+        assert len(escaped.splitlines()) == 1 and escaped.isprintable() and escaped.encode() and escaped[0] + escaped[-1] == "ab", escaped
+    table = tomllib.loads(f"text = {batch.value_text(chr(127) + chr(10) + chr(34))}")
+    assert table["text"] == "\x7f\n\"", table
 
 
 def a_rung_is_judged_by_ranks():
@@ -279,6 +307,7 @@ def main():
     checks += [designs_beside_the_best_stay_in_the_space, a_race_keeps_what_may_be_best, files_are_read, a_rung_is_judged_by_ranks]
     checks += [fronts_move_by_more_than_the_runs_leave_open_or_not, the_last_cells_go_to_those_that_are_evaluated_anew]
     checks += [finalists_have_more_and_more_margin, finalists_reach_beyond_the_limit, a_choice_is_shown_and_within_a_resolution_sure]
+    checks += [a_first_round_has_each_design_once, a_text_stays_on_its_line]
     for check in checks:
         check()
     print(json.dumps({"volumes": compared, "checks": len(checks)}))

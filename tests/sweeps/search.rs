@@ -58,7 +58,7 @@ designs = 2
 #[test]
 fn the_parts_of_a_search_keep_closed_forms() {
     let said = judge("search_parts.py", &[]);
-    assert_eq!((said["volumes"].as_u64(), said["checks"].as_u64()), (Some(80), Some(13)), "{said}");
+    assert_eq!((said["volumes"].as_u64(), said["checks"].as_u64()), (Some(80), Some(15)), "{said}");
 }
 
 #[test]
@@ -149,6 +149,35 @@ fn sensel_sweep(calls: &[Vec<&str>]) -> Vec<(i64, String)> {
     answers
 }
 
+/// Refuses each search file that has one text in place of another, in one line with these words and before its first cell.
+fn refuse_all(cases: &[(&str, &str, &[&str])]) {
+    let tests: Vec<(SweepTest, [String; 2])> = cases
+        .iter()
+        .map(|(from, to, _)| {
+            let text = SEARCH.replace(*from, to);
+            assert_ne!(text, SEARCH, "{from}");
+            let text = if to.contains("values = [") { text.replace("bits = 8", "bits = \"a\"") } else { text };
+            let test = SweepTest::new("search-refused", &text);
+            let names = ["sweep.toml", "out"].map(|name| test.scratch.join(name));
+            (test, names)
+        })
+        .collect();
+    let program = env!("CARGO_BIN_EXE_sensel");
+    let calls: Vec<Vec<&str>> =
+        tests.iter().map(|(_, [file, out])| vec!["search", file, "--out", out, "--program", program]).collect();
+    for (((_, to, words), (_test, [_, out])), (code, said)) in cases.iter().zip(&tests).zip(sensel_sweep(&calls)) {
+        assert_eq!(code, 2, "{to}: {said}");
+        for word in *words {
+            assert!(said.contains(word), "{word}: {said}");
+        }
+        assert!(
+            said.contains("sweep.toml") && said.trim().lines().count() == 1,
+            "one line that names the file: {said}"
+        );
+        assert!(!Path::new(out).join("sweep").exists(), "no cell ran: {to}");
+    }
+}
+
 #[test]
 fn a_bad_search_is_refused_before_its_first_cell() {
     let bits = "key = \"sensor.adc.bits\"\nlow = 4\nhigh = 10\nwhole = true";
@@ -185,28 +214,47 @@ fn a_bad_search_is_refused_before_its_first_cell() {
         ),
         (bits, "key = \"sensor.adc.bits\"\nvalues = [\"a\", \"b\"]", &["sensor.adc.bits", "whole number"]),
     ];
-    let tests = cases.map(|(from, to, _)| {
-        let text = SEARCH.replace(from, to);
-        assert_ne!(text, SEARCH, "{from}");
-        let text = if to.contains("values = [") { text.replace("bits = 8", "bits = \"a\"") } else { text };
-        let test = SweepTest::new("search-refused", &text);
-        let names = ["sweep.toml", "out"].map(|name| test.scratch.join(name));
-        (test, names)
-    });
-    let program = env!("CARGO_BIN_EXE_sensel");
-    let calls: Vec<Vec<&str>> =
-        tests.iter().map(|(_, [file, out])| vec!["search", file, "--out", out, "--program", program]).collect();
-    for (((_, to, words), (_test, [_, out])), (code, said)) in cases.iter().zip(&tests).zip(sensel_sweep(&calls)) {
-        assert_eq!(code, 2, "{to}: {said}");
-        for word in *words {
-            assert!(said.contains(word), "{word}: {said}");
-        }
-        assert!(
-            said.contains("sweep.toml") && said.trim().lines().count() == 1,
-            "one line that names the file: {said}"
-        );
-        assert!(!Path::new(out).join("sweep").exists(), "no cell ran: {to}");
-    }
+    refuse_all(&cases);
+}
+
+#[test]
+fn values_of_the_wrong_kind_and_designs_that_are_equal_are_refused_by_key() {
+    let (name, guess) = ("name = \"bits\"", "is = { bits = 8, read_noise_uv = 200.0, sent = \"features\" }");
+    let (bits, low) = ("low = 4\nhigh = 10\nwhole = true", format!("low = 1{}", "0".repeat(400)));
+    let second = format!("[[guess]]\nname = \"second\"\n{guess}\n[search]");
+    let sent = "key = \"link.mode\"\nvalues = [\"features\", \"both\"]";
+    let equal = "level = [{ name = \"features\", set = { a = 0 } }, { name = \"both\", set = { a = 0.0 } }]";
+    let cases: [(&str, &str, &[&str]); 21] = [
+        ("scenario = \"box\"", "scenario = 5", &["scenario = 5", "must be a text"]),
+        ("scenario", "cameras_alone = \"false\"\nscenario", &["cameras_alone = \"false\"", "boolean"]),
+        ("scenario", "trajectory = []\nscenario", &["trajectory = []", "at least one"]),
+        ("[final]", "[final]\ntrajectory = []", &["final.trajectory = []", "at least one"]),
+        ("[search]", "[[search]]", &["search = [{", "must be a table", "seeds_most"]),
+        ("[final]", "[[final]]", &["final = [{", "must be a table", "designs"]),
+        (guess, "is = 5", &["guess.0.is = 5", "must be a table", "read_noise_uv"]),
+        (name, "name = [1]", &["factor.0.name = [1]", "must be a text"]),
+        (name, "name = 5", &["factor.0.name = 5", "must be a text"]),
+        ("low = 4", low.as_str(), &["factor.0.low = 1000", "finite"]),
+        (bits, "values = [4, nan]", &["factor.0.values.1 = nan", "finite"]),
+        (bits, "values = [4, inf]", &["factor.0.values.1 = inf", "finite"]),
+        (bits, "values = [4, 1979-05-27]", &["factor.0.values.1 = 1979-05-27", "a number, a text"]),
+        (bits, "values = [0, 0.0]", &["factor.0.values = 0.0", "twice", "leave one out"]),
+        (sent, equal, &["factor.2.level.1 = both", "same keys"]),
+        ("\"run.frames\" = 3", "\"run.frames\" = nan", &["set.run.frames = nan", "finite"]),
+        ("\"run.frames\" = 3", "\"link.mode\" = \"both\"", &["set.link.mode = both", "factor 'sent'"]),
+        ("key = \"link.mode\"", "key = \"seed\"", &["factor.2.key = seed", "search.seeds"]),
+        ("key = \"link.mode\"", "key = \"sensor.adc.bits\"", &["factor.2.key = sensor.adc.bits", "factor 'bits' too"]),
+        ("[search]", second.as_str(), &["guess.1.name = second", "guess 'expert'"]),
+        ("high = 800.0", "high = inf", &["factor.1.high = inf", "finite"]),
+    ];
+    refuse_all(&cases);
+}
+
+#[test]
+fn a_search_ends_in_a_small_space_is_stopped_by_signals_and_gets_over_damaged_files() {
+    let test = SweepTest::new("search-hostile", SEARCH);
+    let said = judge("search_hostile.py", &[env!("CARGO_BIN_EXE_sensel"), &test.scratch.join("hostile")]);
+    assert_eq!(said["checks"].as_u64(), Some(8), "{said}");
 }
 
 #[test]

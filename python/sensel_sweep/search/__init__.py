@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..cluster import Engine
 from . import file, loop, report
-from .failure import Failure
+from .failure import Failure, one_line
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -26,15 +26,12 @@ def main(arguments: argparse.Namespace) -> int:
         return 0
     except loop.Paused:
         if arguments.part == "report":
-            print(f"sensel-sweep: {out}: no round has ended yet; run 'sensel-sweep search' first", file=sys.stderr)
+            print(f"sensel-sweep: {one_line(str(out))}: no round has ended yet; run 'sensel-sweep search' first", file=sys.stderr)
             return 2
         return 0
     except Failure as failure:
         print(f"sensel-sweep: {failure}", file=sys.stderr)
         return failure.code
     except OSError as error:
-        print(f"sensel-sweep: {error}", file=sys.stderr)
+        print(f"sensel-sweep: {one_line(str(error))}", file=sys.stderr)
         return 4
-    except KeyboardInterrupt:
-        print("sensel-sweep: stopped; finished cells are kept, search again to go on", file=sys.stderr)
-        return 130

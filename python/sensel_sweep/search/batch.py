@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import os
 import re
@@ -13,7 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..cluster import Engine
-from .failure import Failure
+from ..processes import called
+from .failure import Failure, one_line
 from .file import SearchFile
 
 # Exit codes of `sensel`.
@@ -52,14 +54,22 @@ def value_text(value: object) -> str:
         return f"[{', '.join(value_text(one) for one in value)}]"
     if isinstance(value, dict):
         return "{ " + ", ".join(f"{json.dumps(key)} = {value_text(one)}" for key, one in value.items()) + " }"
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else str(value)
+    # JSON does not escape DEL; TOML does.
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f") if isinstance(value, str) else str(value)
 
 
 def sweep_text(search: SearchFile, folder: Path, cells: list[tuple[str, dict]], comment: str) -> str:
     """A sweep file with these cells."""
     beside = search.path.parent / search.scenario
-    scenario = os.path.relpath(beside, folder) if beside.exists() else search.scenario
-    lines = [f"# {comment}", f"scenario = {value_text(scenario)}", 'method = "list"']
+    # A folder of results may have the name of a scenario that the program knows.
+    is_scenario = beside.is_file() or (beside / "scene.toml").is_file()
+    scenario = os.path.relpath(beside, folder) if is_scenario else search.scenario
+    try:
+        scenario.encode()
+    except UnicodeEncodeError:
+        reason = "a folder on its path has a name that is no UTF-8, so a sweep file cannot name it; rename the folder"
+        raise Failure(f"{search.path}: scenario = {search.scenario}: {reason}") from None
+    lines = [f"# {one_line(comment)}", f"scenario = {value_text(scenario)}", 'method = "list"']
     if search.cameras_alone:
         lines.append("cameras_alone = true")
     if search.set:
@@ -87,10 +97,7 @@ def refusal(engine: Engine, search: SearchFile, cells: list[tuple[str, dict]], f
         words = engine.words("run", file, folder / "sweep") + ["--cells", str(none), "--quiet"]
         for figure in figures:
             words += ["--spec", f"{figure} >= 0 for 50 %"]
-        try:
-            said = subprocess.run(words, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False)
-        except OSError as error:
-            raise Failure(f"--program {words[0]}: {error.strerror}; name the program sensel with --program") from None
+        said = called(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, errors="backslashreplace")
     if said.returncode == DONE:
         return None
     lines = [line for line in said.stderr.splitlines() if line.strip()]
@@ -101,7 +108,7 @@ def refusal(engine: Engine, search: SearchFile, cells: list[tuple[str, dict]], f
 
 def gathered(engine: Engine, file: Path, out: Path, table: Path) -> dict[str, Result]:
     """The finished cells of a sweep file by label; keeps the table beside the file."""
-    said = subprocess.run(engine.words("gather", file, out) + ["--quiet"], capture_output=True, text=True, check=False)
+    said = called(engine.words("gather", file, out) + ["--quiet"], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     if said.returncode != DONE:
         return {}
     write_whole(table, (out / "cells.csv").read_text(encoding="utf-8"))
@@ -109,15 +116,21 @@ def gathered(engine: Engine, file: Path, out: Path, table: Path) -> dict[str, Re
 
 
 def read_table(table: Path) -> dict[str, Result]:
-    """Results by label. The columns begin with the cell's name, its status and its label."""
-    with table.open(encoding="utf-8", newline="") as lines:
-        rows = csv.reader(lines)
-        head = next(rows)
+    """Results by label; none of a damaged table, which is then gathered again. The columns begin with the cell's name, its status and its
+    label."""
+    try:
+        text = table.read_bytes().decode("utf-8")
+        head, *rows = csv.reader(io.StringIO(text, newline=""))
+        # A last line without its end was cut, perhaps within a number.
+        if not text.endswith("\n") or any(len(row) != len(head) for row in rows):
+            return {}
         figures = [(column, name) for column, name in enumerate(head) if column > 2 and not name.startswith("config.")]
         found = {}
         for row in rows:
             values = {name: float(row[column]) if row[column] else None for column, name in figures}
             found[row[2]] = Result(row[1] != "done", values)
+    except (ValueError, IndexError, csv.Error):
+        return {}
     return found
 
 
@@ -142,7 +155,7 @@ def run_batch(engine: Engine, file: Path, out: Path, labels: list[str], said: st
     found = gathered(engine, file, out, table)
     if set(labels) <= set(found):
         return found
-    print(f"sensel-sweep: {said}", file=sys.stderr)
+    print(f"sensel-sweep: {one_line(said)}", file=sys.stderr)
     code = engine.run(file, out)
     if code not in (DONE, SOME_FAILED):
         raise Failure(f"{file}: 'sensel sweep run' ended with exit code {code}; finished cells are kept, search again to go on", code)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .chart import digits
+from .checks import finite
 from .designs import Goals
 from .failure import Failure
 from .outcome import Held, Judged, Kept, Mean
@@ -24,9 +25,25 @@ class Other:
     held: list[Held]
 
 
+def is_plausible(one: Held, objectives: int, constraints: int) -> bool:
+    """Whether a design's figures are those of runs: one for each objective and constraint, and numbers that belong together."""
+    return (
+        (len(one.means), len(one.kept)) == (objectives, constraints)
+        and all(mean.value is None or finite(mean.value) is not None for mean in one.means)
+        and all(is_interval(mean.interval) and mean.count > 1 for mean in one.means if mean.interval is not None)
+        and all(is_interval(kept.interval) and 0 <= kept.met <= kept.runs for kept in one.kept)
+    )
+
+
+def is_interval(ends: tuple) -> bool:
+    """Whether it has two ends in their order."""
+    return len(ends) == 2 and all(finite(end) is not None for end in ends) and ends[0] <= ends[1]
+
+
 def read(folder: Path, goals: Goals) -> Other:
     """From a search's report.json."""
     path = folder / "report.json"
+    advice = "name the folder of a finished search, or write its report anew with 'sensel-sweep report FILE'"
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
         objectives = [(one["figure"], one["goal"] == "maximise") for one in found["objectives"]]
@@ -42,10 +59,13 @@ def read(folder: Path, goals: Goals) -> Other:
         ]
         other = Other(str(folder), found["seed"], found["sampler"], found["cells"], held)
         constraints = found["constraints"]
+        is_whole = all(is_plausible(one, len(set(objectives)), len(set(constraints))) for one in held)
     except OSError as error:
-        raise Failure(f"--beside {folder}: {error.strerror}; name the folder of a finished search") from None
-    except (ValueError, KeyError, TypeError):
-        raise Failure(f"--beside {folder}: report.json is none of a search; name the folder of a finished search") from None
+        raise Failure(f"--beside {folder}: report.json: {error.strerror}; {advice}") from None
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        is_whole = False
+    if not is_whole:
+        raise Failure(f"--beside {folder}: report.json is damaged, or not that of a search; {advice}")
     if objectives != [(one.figure, one.is_maximised) for one in goals.objectives]:
         raise Failure(f"--beside {folder}: that search has other objectives")
     if constraints != [one.text for one in goals.constraints]:

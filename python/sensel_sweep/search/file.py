@@ -10,12 +10,15 @@ import tomllib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from .failure import Failure, nearest, refused
+from .checks import Checks, finite
+from .failure import Failure
 
 SAMPLERS = ["auto", "tpe", "nsga2", "gp", "random"]
 RELATIONS = ["<=", ">=", "<", ">"]
 # "keeps_up" in a list of constraints.
 KEEPS_UP = "timing.extractor.frames_over <= 0"
+# Of the final evaluation, where the file gives a count.
+SEEDS_MOST = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -63,6 +66,13 @@ class Factor:
         if self.is_log:
             return math.log(value / self.low) / math.log(self.high / self.low)
         return (value - self.low) / (self.high - self.low)
+
+    def holds(self, value: object) -> bool:
+        """Whether it is one of the choices, or a number of the range."""
+        if not self.is_range:
+            return value in self.choices
+        number = finite(value)
+        return number is not None and self.low <= number <= self.high and (not self.is_whole or value == int(value))
 
     def rounded(self, value):
         """Whole, or four significant digits within the bounds: the last bits of a processor's arithmetic decide no design."""
@@ -178,6 +188,10 @@ class SearchFile:
     rungs: tuple[Rung, ...] = ()
     identity: str = field(default="", compare=False)
 
+    def holds(self, is_: dict) -> bool:
+        """Whether a design is a point of the space."""
+        return set(is_) == {factor.name for factor in self.factors} and all(factor.holds(is_[factor.name]) for factor in self.factors)
+
     @property
     def replicates(self) -> int:
         """Cells of a new design."""
@@ -200,8 +214,8 @@ def constraint_parts(text: str, example: str) -> tuple[str, str, float, float | 
     figure, _, limit_text = (part.strip() for part in rule.partition(relation))
     share = None
     if has_share:
-        number = re.fullmatch(r"\s*([0-9.]+)\s*%\s*", share_text)
-        share = float(number[1]) / 100.0 if number and number[1].count(".") < 2 else None
+        number = re.fullmatch(r"\s*([0-9]+\.?[0-9]*|\.[0-9]+)\s*%\s*", share_text)
+        share = float(number[1]) / 100.0 if number else None
         if share is None or not 0.0 < share < 1.0:
             raise ValueError(f"the share must be above 0 and below 100 %; {example}")
     try:
@@ -216,85 +230,27 @@ def constraint_parts(text: str, example: str) -> tuple[str, str, float, float | 
 def read(path: Path, own: dict | None = None) -> SearchFile:
     """Reads and checks a search file; `own` keys take the place of those in its [search]."""
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        # Some editors begin a file with a byte order mark.
+        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise Failure(f"{path}: {error.strerror or error}", 4) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise Failure(f"{path}: {error}") from None
-    if own:
+    except (ValueError, RecursionError):
+        # Python does not read a number of thousands of digits, nor lists within hundreds of lists.
+        raise Failure(f"{path}: a number has too many digits, or lists and tables are nested too deeply; use finite numbers") from None
+    if own and isinstance(table.get("search", {}), dict):
         table["search"] = {**table.get("search", {}), **own}
     return Reader(str(path)).search_file(path, table)
 
 
-class Reader:
+class Reader(Checks):
     """Checks the parts of a search file."""
-
-    def __init__(self, name: str):
-        self.name = name
-
-    def refused(self, key: str, value: object, reason: str) -> Failure:
-        return refused(self.name, key, value, reason)
-
-    def known(self, where: str, table: dict, keys: list[str]) -> None:
-        """Refuses a key that is none."""
-        for key in table:
-            if key not in keys:
-                raise self.refused(f"{where}.{key}" if where else key, None, f"unknown key; {nearest(key, keys)}")
-
-    def number(self, where: str, table: dict, key: str, usual, low, high):
-        """A number in its range; whole where the usual one is."""
-        value = table.get(key, usual)
-        is_whole = isinstance(usual, int)
-        is_number = isinstance(value, int) or (isinstance(value, float) and not is_whole)
-        if isinstance(value, bool) or not is_number or not low <= value <= high:
-            kind = "a whole number" if is_whole else "a number"
-            raise self.refused(f"{where}.{key}", value, f"must be {kind} from {low} to {high}, as in {key} = {usual}")
-        return value
-
-    def tables(self, where: str, value: object) -> list[dict]:
-        """A list of tables."""
-        if not isinstance(value, list) or not all(isinstance(one, dict) for one in value):
-            raise self.refused(where, None, f"must be tables, as in [[{where}]]")
-        return value
-
-    def text(self, where: str, table: dict, key: str, example: str) -> str:
-        """A text that must be there."""
-        value = table.get(key)
-        if not isinstance(value, str) or not value:
-            raise self.refused(f"{where}.{key}" if where else key, value, f"must be a text, as in {key} = \"{example}\"")
-        return value
-
-    def keys(self, where: str, value: object) -> dict:
-        """Keys of a scenario by dotted path: nested tables and dotted keys say the same."""
-        if not isinstance(value, dict):
-            raise self.refused(where, value, 'must be a table, as in set = { "sensor.adc.bits" = 8 }')
-        flat: dict = {}
-        for key, inner in value.items():
-            if isinstance(inner, dict):
-                flat.update({f"{key}.{rest}": one for rest, one in self.keys(where, inner).items()})
-            else:
-                flat[key] = inner
-        return flat
-
-    def levels(self, where: str, value: object) -> tuple:
-        """Names with the keys that each sets."""
-        found = []
-        for number, table in enumerate(self.tables(where, value)):
-            self.known(f"{where}.{number}", table, ["name", "set"])
-            name = self.text(f"{where}.{number}", table, "name", "walk")
-            found.append((name, self.keys(f"{where}.{number}.set", table.get("set", {}))))
-        self.refuse_twins(where, [name for name, _ in found])
-        return tuple(found)
-
-    def refuse_twins(self, where: str, names: list) -> None:
-        twins = [name for number, name in enumerate(names) if name in names[:number]]
-        if twins:
-            raise self.refused(where, twins[0], "stands there twice; give each its own name")
 
     def factor(self, number: int, table: dict) -> Factor:
         where = f"factor.{number}"
         self.known(where, table, ["name", "key", "values", "low", "high", "spacing", "whole", "level"])
-        name = table.get("name", table.get("key"))
+        name = self.text(where, table, "name", "bits") if "name" in table else table.get("key")
         ways = ["values" in table, "low" in table or "high" in table, "level" in table]
         if sum(ways) != 1:
             raise self.refused(f"{where}.values", None, "give one of values, low with high, or [[factor.level]] tables")
@@ -302,31 +258,38 @@ class Reader:
             levels = self.levels(f"{where}.level", table["level"])
             if len(levels) < 2:
                 raise self.refused(f"{where}.level", None, "give at least two levels")
+            for at, (level, keys) in enumerate(levels):
+                if keys in [one for _, one in levels[:at]]:
+                    raise self.refused(f"{where}.level.{at}", level, "sets the same keys as a level before it; leave one out")
             return Factor(self.text(where, table, "name", "smoothing"), levels=levels)
         key = self.text(where, table, "key", "sensor.adc.bits")
         if "values" in table:
             values = table["values"]
             if not isinstance(values, list) or len(values) < 2:
                 raise self.refused(f"{where}.values", values, "give at least two values, as in values = [8, 10, 12]")
-            self.refuse_twins(f"{where}.values", values)
+            self.scenario_value(f"{where}.values", values)
+            self.refuse_twins(f"{where}.values", values, "leave one out")
             return Factor(name, key, values=tuple(values))
         low, high = table.get("low"), table.get("high")
         for end, value in (("low", low), ("high", high)):
-            if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+            if finite(value) is None:
                 raise self.refused(f"{where}.{end}", value, "a range needs low and high, both finite, as in low = 1, high = 12")
         if not low < high:
             raise self.refused(f"{where}.high", high, f"must be above low, which is {low}")
+        low, high = float(low), float(high)
         spacing = table.get("spacing", "linear")
         if spacing not in ("linear", "log"):
             raise self.refused(f"{where}.spacing", spacing, 'use "linear" or "log"')
         if spacing == "log" and low <= 0:
             raise self.refused(f"{where}.low", low, 'must be above 0 with spacing = "log"')
+        if not math.isfinite(high / low if spacing == "log" else high - low):
+            raise self.refused(f"{where}.high", high, f"is too far above low, which is {low}; use a narrower range")
         is_whole = table.get("whole", False)
         if is_whole not in (True, False):
             raise self.refused(f"{where}.whole", is_whole, "use true or false")
         if is_whole and math.floor(high) <= math.ceil(low):
             raise self.refused(f"{where}.high", high, "there are fewer than two whole numbers from low to high")
-        return Factor(name, key, low=float(low), high=float(high), is_log=spacing == "log", is_whole=is_whole)
+        return Factor(name, key, low=low, high=high, is_log=spacing == "log", is_whole=is_whole)
 
     def objective(self, number: int, table: dict) -> Objective:
         where = f"objective.{number}"
@@ -346,29 +309,25 @@ class Reader:
         self.known(f"{where}.is", given, [factor.name for factor in factors])
         for factor in factors:
             value = given.get(factor.name)
-            if factor.is_range:
-                is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-                accepted = is_number and factor.low <= value <= factor.high and (not factor.is_whole or value == int(value))
-                wanted = f"from {factor.low:g} to {factor.high:g}{', whole' if factor.is_whole else ''}"
-            else:
-                accepted, wanted = value in factor.choices, f"one of {factor.choices}"
-            if not accepted:
+            if not factor.holds(value):
+                ends = f"from {factor.low:g} to {factor.high:g}{', whole' if factor.is_whole else ''}"
+                wanted = ends if factor.is_range else f"one of {factor.choices}"
                 raise self.refused(f"{where}.is.{factor.name}", value, f"must be {wanted}")
         return name, {factor.name: factor.rounded(given[factor.name]) for factor in factors}
 
     def final(self, table: dict, seeds_most: int, trajectories: tuple) -> Final:
         self.known("final", table, ["seeds", "designs", "trajectory"])
         seeds = table.get("seeds", 8)
-        if isinstance(seeds, int) and not isinstance(seeds, bool) and seeds > 0:
+        if isinstance(seeds, int) and not isinstance(seeds, bool) and 0 < seeds <= SEEDS_MOST:
             seeds = list(range(seeds_most + 1, seeds_most + 1 + seeds))
-        is_list = isinstance(seeds, list) and all(isinstance(one, int) and not isinstance(one, bool) and one >= 0 for one in seeds)
+        is_list = isinstance(seeds, list) and all(isinstance(one, int) and not isinstance(one, bool) and 0 <= one < 2**63 for one in seeds)
         if not is_list or not seeds:
-            raise self.refused("final.seeds", seeds, "must be a count above 0 or a list, as in seeds = 20")
-        self.refuse_twins("final.seeds", seeds)
+            raise self.refused("final.seeds", seeds, f"must be a count from 1 to {SEEDS_MOST} or a list, as in seeds = 20")
+        self.refuse_twins("final.seeds", seeds, "leave one out")
         seen = [seed for seed in seeds if seed <= seeds_most and seed > 0]
         if seen:
             raise self.refused("final.seeds", seen[0], f"the search itself uses seeds 1 to {seeds_most}; use {seeds_most + 1} or more")
-        own = self.levels("final.trajectory", table["trajectory"]) if "trajectory" in table else trajectories
+        own = self.trajectories("final.trajectory", table["trajectory"]) if "trajectory" in table else trajectories
         designs = self.number("final", table, "designs", 6, 1, 1000)
         return Final(tuple(seeds), own, designs)
 
@@ -393,6 +352,27 @@ class Reader:
         correlation = float(self.number(where, table, "correlation", 0.7, 0.0, 1.0))
         return Rung(name, frames, own, own_seeds, own_trajectories, cost, keep, correlation)
 
+    def refuse_keys_of_others(self, factors: tuple[Factor, ...], own_set: dict) -> None:
+        """Refuses factors on the seed, on a key of another factor, and on a key that [set] gives and no cell would have."""
+        owner: dict[str, str] = {}
+        for number, factor in enumerate(factors):
+            for key in sorted(factor.keys):
+                where = f"factor.{number}.level" if factor.levels else f"factor.{number}.key"
+                if key == "seed":
+                    raise self.refused(where, key, "the search itself gives each cell its seed; use search.seeds and final.seeds")
+                if key in owner:
+                    raise self.refused(where, key, f"is varied by the factor {owner[key]} too; leave it to one of them")
+                owner[key] = f"'{factor.name}'"
+                if key in own_set and all(key in keys for _, keys in factor.levels):
+                    raise self.refused(f"set.{key}", own_set[key], f"is varied by the factor {owner[key]}; leave it out of set")
+
+    def refuse_equal_guesses(self, guesses: tuple) -> None:
+        """Refuses a design that stands there under two names."""
+        for number, (name, is_) in enumerate(guesses):
+            twin = next((other for other, known in guesses[:number] if known == is_), None)
+            if twin is not None:
+                raise self.refused(f"guess.{number}.name", name, f"is the same design as the guess '{twin}'; leave one out")
+
     def search_file(self, path: Path, table: dict) -> SearchFile:
         top = ["scenario", "set", "cameras_alone", "trajectory", "factor", "objective", "constraints", "guess", "rung", "search", "final"]
         self.known("", table, top)
@@ -401,6 +381,8 @@ class Reader:
         if not factors:
             raise self.refused("factor", None, "nothing is varied; write at least one [[factor]] with key, low and high")
         self.refuse_twins("factor", [factor.name for factor in factors])
+        own_set = self.keys("set", table.get("set", {}))
+        self.refuse_keys_of_others(factors, own_set)
         objectives = tuple(self.objective(number, one) for number, one in enumerate(self.tables("objective", table.get("objective", []))))
         if not objectives:
             raise self.refused("objective", None, 'nothing is wanted; write at least one [[objective]] with figure = "power_mw"')
@@ -419,7 +401,7 @@ class Reader:
                 raise self.refused(f"constraints.{number}", text, str(error)) from None
         own = table.get("search", {})
         self.known("search", own, ["seed", "cells", "batch", "start", "seeds", "seeds_most", "sampler"])
-        trajectories = self.levels("trajectory", table["trajectory"]) if "trajectory" in table else ((None, {}),)
+        trajectories = self.trajectories("trajectory", table["trajectory"]) if "trajectory" in table else ((None, {}),)
         seeds = self.number("search", own, "seeds", 2, 1, 1000)
         seeds_most = self.number("search", own, "seeds_most", max(8, seeds), seeds, 1000)
         batch = self.number("search", own, "batch", 8, 1, 10_000)
@@ -427,7 +409,8 @@ class Reader:
         cells = self.number("search", own, "cells", 240, 1, 1_000_000)
         guesses = tuple(self.guess(number, one, factors) for number, one in enumerate(self.tables("guess", table.get("guess", []))))
         self.refuse_twins("guess", [name for name, _ in guesses])
-        has_frames = "run.frames" in self.keys("set", table.get("set", {})) or any(
+        self.refuse_equal_guesses(guesses)
+        has_frames = "run.frames" in own_set or any(
             factor.levels and all("run.frames" in keys for _, keys in factor.levels) for factor in factors
         )
         rungs = tuple(
@@ -445,8 +428,8 @@ class Reader:
         return SearchFile(
             path=path,
             scenario=scenario,
-            set=self.keys("set", table.get("set", {})),
-            cameras_alone=bool(table.get("cameras_alone", False)),
+            set=own_set,
+            cameras_alone=self.switch("cameras_alone", table),
             factors=factors,
             trajectories=trajectories,
             objectives=objectives,

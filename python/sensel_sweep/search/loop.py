@@ -13,12 +13,12 @@ from ..cluster import Engine
 from .batch import Result, Run, gathered, read_table, reason_of_failure, refusal, run_batch, sweep_text, write_whole
 from .choice import STANDARD_ERRORS, finalists
 from .designs import Design, Goals, Summary, resolve_goals, summaries_of
-from .failure import Failure
+from .failure import Failure, damaged
 from .file import SearchFile
 from .propose import proposals, versions
 from . import rungs
 from .racing import near_front, seeds_wanted, to_confirm
-from .space import first
+from .space import start
 
 # Figures that only a finished cell names, because they depend on the run.
 OF_A_RUN = ("cameras_alone.", "energy.blocks.", "energy.rails.", "timing.extractor.")
@@ -94,14 +94,22 @@ def check_identity(state: State) -> None:
     """A folder belongs to one search: rounds of another file would be read as this one's."""
     path = state.out / "search.json"
     if path.exists():
-        if json.loads(path.read_text(encoding="utf-8")).get("search") != state.search.identity:
+        try:
+            found = json.loads(path.read_text(encoding="utf-8"))["search"]
+        except (ValueError, KeyError, TypeError, RecursionError):
+            whole = json.dumps({"search": state.search.identity})
+            advice = f"if {state.search.path} is as it was when this folder was searched, write {whole} into it"
+            raise damaged(path, f"{advice}; else name another folder with --out") from None
+        if found == state.search.identity:
+            return
+        if (state.out / "rounds").exists():
             raise Failure(f"{state.search.path}: has changed since {state.out} was searched; name another folder with --out")
-        return
+        # Its first round was refused, and now the file is another one.
+    elif state.out.exists() and any(state.out.iterdir()) and not state.reads_only:
+        raise Failure(f"{state.out}: holds files and no search; name an empty folder with --out")
     if state.reads_only:
         reason = f"holds no search; run 'sensel-sweep search {state.search.path.name}' first, or name its folder with --out"
         raise Failure(f"{state.out}: {reason}")
-    if state.out.exists() and any(state.out.iterdir()):
-        raise Failure(f"{state.out}: holds files and no search; name an empty folder with --out")
     write_whole(path, json.dumps({"search": state.search.identity, "versions": versions()}) + "\n")
 
 
@@ -124,13 +132,34 @@ class Plan:
         return json.dumps({"designs": designs, "runs": runs, "refused": self.refused, **of_rungs}, indent=1) + "\n"
 
     @staticmethod
-    def read(plan_path: Path, turn: int) -> Plan:
-        """What `text` wrote."""
-        found = json.loads(plan_path.read_text(encoding="utf-8"))
-        designs = [Design(one["number"], one["is"], turn, one["guess"]) for one in found["designs"]]
-        refused = {int(number): why for number, why in found["refused"].items()}
-        runs = [Run(*one) for one in found["runs"]]
-        return Plan(designs, runs, refused, found.get("left_out", []), found.get("rung_cells", 0))
+    def read(plan_path: Path, state: State) -> Plan:
+        """What `text` wrote; a file of anything else is refused."""
+        advice = "delete it, and the search writes it again from its finished cells"
+        try:
+            found = json.loads(plan_path.read_text(encoding="utf-8"))
+            designs = [Design(one["number"], one["is"], state.rounds, one["guess"]) for one in found["designs"]]
+            refused = {int(number): why for number, why in found["refused"].items()}
+            runs = [Run(*one) for one in found["runs"]]
+            plan = Plan(designs, runs, refused, found.get("left_out", []), found.get("rung_cells", 0))
+            is_whole = plan.continues(state)
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+            is_whole = False
+        if not is_whole:
+            raise damaged(plan_path, advice)
+        if any(one.is_ == other.is_ for at, one in enumerate(designs) for other in designs[:at]):
+            raise Failure(f"{plan_path}: holds a design twice, as an older sensel-sweep wrote it; {advice}")
+        return plan
+
+    def continues(self, state: State) -> bool:
+        """Whether its designs are points of the space, numbered on from those before it, and its runs are of known designs."""
+        known = len(state.designs)
+        places = {name for name, _ in (*state.search.trajectories, *state.search.final.trajectories)}
+        return (
+            [one.number for one in self.designs] == list(range(known, known + len(self.designs)))
+            and all(state.search.holds(one.is_) for one in self.designs)
+            and all(one.design in range(known + len(self.designs)) and one.trajectory in places for one in self.runs)
+            and all(number in range(known + len(self.designs)) for number in self.refused)
+        )
 
 
 def next_plan(state: State, engine: Engine) -> Plan:
@@ -141,7 +170,7 @@ def next_plan(state: State, engine: Engine) -> Plan:
     left_out: list[dict] = []
     rung_cells = 0
     if turn == 0:
-        points = [(is_, None) for is_ in first(search)] + [(is_, name) for name, is_ in search.guesses]
+        points = start(search)
     else:
         summaries = state.summaries()
         of_round = search.batch * search.replicates
@@ -162,6 +191,10 @@ def next_plan(state: State, engine: Engine) -> Plan:
             proposed = [Design(at, is_, turn) for at, (is_, _) in enumerate(points)]
             passed, others, rung_cells = rungs.sieved(state, engine, proposed, turn, count)
             points, left_out = [(one.is_, None) for one in passed], others
+        if count > 0 and not points and not extra and search.sampler != "random":
+            # A space of few designs has no more: what is left goes to the designs that would be evaluated anew.
+            hopeful = summaries_of(state.goals, state.designs, STANDARD_ERRORS)
+            extra = seeds_wanted(search, to_confirm(search, state.goals, state.designs, hopeful), min(left, of_round))
     new = [Design(len(state.designs) + index, is_, turn, guess) for index, (is_, guess) in enumerate(points)]
     runs = [run for design in new for run in runs_of(search.trajectories, design.number, list(range(1, search.seeds + 1)))]
     runs += [run for number, seeds in extra.items() for run in runs_of(search.trajectories, number, seeds)]
@@ -176,7 +209,7 @@ def play(state: State, engine: Engine) -> bool:
     plan_path = state.out / "rounds" / f"{turn:03d}.json"
     if state.reads_only and not plan_path.exists():
         return False
-    plan = Plan.read(plan_path, turn) if plan_path.exists() else next_plan(state, engine)
+    plan = Plan.read(plan_path, state) if plan_path.exists() else next_plan(state, engine)
     if not plan.runs:
         return False
     results = run_round(state, engine, plan_path, plan, search.trajectories, f"Round {turn} of {search.path.name}")
@@ -222,25 +255,26 @@ def finished(state: State, engine: Engine, plan_path: Path, cells: list[tuple[st
         if state.reads_only:
             raise Paused
         write_whole(file, sweep_text(state.search, file.parent, cells, comment))
-    if engine.arguments.engine == "none" and not set(labels) <= set(read_or_gather(state, engine, file)):
+    if engine.arguments.engine == "none" and not set(labels) <= set(read_or_gather(state, engine, file, labels)):
         if not state.reads_only:
             print(shlex.join(engine.words("run", file, state.sweep)))
         raise Paused
     return run_batch(engine, file, state.sweep, labels, f"{comment}: {len(labels)} cells")
 
 
-def read_or_gather(state: State, engine: Engine, file: Path) -> dict:
+def read_or_gather(state: State, engine: Engine, file: Path, labels: list[str]) -> dict:
     """What there is of a batch that others run."""
     table = file.with_suffix(".csv")
     found = read_table(table) if table.exists() else {}
-    return found or gathered(engine, file, state.sweep, table)
+    return found if set(labels) <= set(found) else gathered(engine, file, state.sweep, table)
 
 
 def find_refused(state: State, engine: Engine, cells, runs: list[Run]) -> dict[int, str]:
     """Designs that the scenario refuses, with its reason; figures that no cell has end the search before its first cell."""
     search = state.search
     is_first = state.rounds == 0
-    if refusal(engine, search, cells(runs), []) is None:
+    why_together = refusal(engine, search, cells(runs), [])
+    if why_together is None:
         if is_first:
             check_figures(state, engine, cells(runs[:1]))
         return {}
@@ -252,8 +286,13 @@ def find_refused(state: State, engine: Engine, cells, runs: list[Run]) -> dict[i
             refused[number] = why
     if is_first and len(refused) == len(numbers):
         raise Failure(f"{search.path}: {refused[numbers[0]]}")
+    accepted = [run for run in runs if run.design not in refused]
+    if refused and accepted:
+        why_together = refusal(engine, search, cells(accepted), [])
+    if accepted and why_together is not None:
+        raise Failure(f"{search.path}: each design of round {state.rounds} is accepted alone, but not all of them together: {why_together}")
     if is_first:
-        check_figures(state, engine, cells([run for run in runs if run.design not in refused][:1]))
+        check_figures(state, engine, cells(accepted[:1]))
     return refused
 
 
@@ -298,7 +337,7 @@ def evaluate_finalists(state: State, engine: Engine) -> None:
     plan_path = state.out / "rounds" / f"final-{hashlib.sha256(named.encode()).hexdigest()[:8]}.json"
     if state.reads_only and not plan_path.exists():
         return
-    plan = Plan.read(plan_path, state.rounds) if plan_path.exists() else Plan([], runs)
+    plan = Plan.read(plan_path, state) if plan_path.exists() else Plan([], runs)
     results = run_round(state, engine, plan_path, plan, final.trajectories, f"Final evaluation of {state.search.path.name}")
     for run, result in results.items():
         state.final.setdefault(run.design, {})[run] = result

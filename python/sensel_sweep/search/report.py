@@ -15,6 +15,7 @@ from . import beside, rungs
 from .batch import value_text, write_whole
 from .chart import Series, chart, digits
 from .choice import best, weights_of
+from .failure import one_line
 from .file import Constraint, Rung
 from .loop import State
 from .outcome import CONFIDENCE, Judged, chosen, eligible, judged, limits_moved, prices_doubled, progress, search_front
@@ -47,8 +48,9 @@ def write(state: State, others: list[Path]) -> None:
     write_whole(state.out / "report.json", json.dumps(facts, indent=1) + "\n")
     lines = sentences(state, all_judged, number)
     lines += [line for other in read_others for line in beside.sentences(state.goals, all_judged, other)]
+    lines = [one_line(line) for line in lines]
     measured = [(rung, state.agreements[at]) for at, rung in enumerate(state.search.rungs) if at in state.agreements]
-    lines += [f"Rung '{rung.name}': {rungs.reason(rung, found, state.goals)}." for rung, found in measured]
+    lines += [f"Rung '{one_line(rung.name)}': {rungs.reason(rung, found, state.goals)}." for rung, found in measured]
     toml = None
     if number is not None:
         toml = design_toml(state, number, lines)
@@ -74,7 +76,7 @@ def design_toml(state: State, number: int, lines: list[str]) -> str:
     keys = keys_of(state, number)
     words = " ".join(f"--set {shell(f'{key}={value_text(value)}')}" for key, value in keys.items())
     rows = "".join(f"{key} = {value_text(value)}\n" for key, value in keys.items())
-    return f"{comments}# sensel run {state.search.scenario} {words}\n\n{rows}"
+    return f"{comments}# {one_line(f'sensel run {state.search.scenario} {words}')}\n\n{rows}"
 
 
 def shell(text: str) -> str:
@@ -295,7 +297,7 @@ def rungs_section(state: State, facts: list[dict]) -> str:
 def page(state: State, all_judged: list[Judged], number: int | None, lines: list[str], toml: str | None, facts: dict) -> str:
     """The page, one file without network."""
     search, goals = state.search, state.goals
-    title = escape(f"Search: {search.path.stem}")
+    title = escape(one_line(f"Search: {search.path.stem}"))
     refused = sum(design.refusal is not None for design in state.designs)
     failed = sum(result.has_failed for design in state.designs for result in design.results.values())
     lost = sum(

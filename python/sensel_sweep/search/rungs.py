@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from .batch import Result, Run, write_whole
 from .designs import TRACKED, Design, Goals, Summary, best_first, summary
+from .failure import damaged, one_line
 from .file import Rung, SearchFile
 
 if TYPE_CHECKING:
@@ -88,7 +89,10 @@ def run(state: State, engine: Engine, number: int, turn: int, designs: list[Desi
         return [(one.label, keys_at(search, rung, assigned(search, trajectories, own[one.design], one))) for one in some]
 
     if path.exists():
-        refused = {int(at): why for at, why in json.loads(path.read_text(encoding="utf-8")).items()}
+        try:
+            refused = {int(at): why for at, why in json.loads(path.read_text(encoding="utf-8")).items()}
+        except (ValueError, TypeError, AttributeError, RecursionError):
+            raise damaged(path, "delete it, and the search writes it again from its finished cells") from None
     else:
         refused = find_refused(state, engine, cells, runs)
     accepted = [one for one in runs if one.design not in refused]
@@ -164,7 +168,7 @@ def measure(state: State, engine: Engine, designs: list[Design]) -> int:
         state.agreements[number] = found
         cost += full_cells(state.search, rung, len(designs))
         if not is_used(rung, found, state.goals):
-            print(f"sensel-sweep: rung '{rung.name}' is left out: {reason(rung, found, state.goals)}", file=sys.stderr)
+            print(f"sensel-sweep: rung '{one_line(rung.name)}' is left out: {reason(rung, found, state.goals)}", file=sys.stderr)
     return cost
 
 

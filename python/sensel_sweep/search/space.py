@@ -37,6 +37,17 @@ def first(search: SearchFile) -> list[dict]:
     return [{factor.name: factor.at(float(share)) for factor, share in zip(search.factors, row)} for row in shares]
 
 
+def start(search: SearchFile) -> list[tuple[dict, str | None]]:
+    """The first round with the names of guesses: each design once. A point that is a guess or that was drawn before stays out, so that a
+    space of few designs gives fewer."""
+    guesses = [is_ for _, is_ in search.guesses]
+    points: list[dict] = []
+    for is_ in first(search):
+        if is_ not in guesses and is_ not in points:
+            points.append(is_)
+    return [(is_, None) for is_ in points] + [(is_, name) for name, is_ in search.guesses]
+
+
 def drawn(search: SearchFile, generator: numpy.random.Generator) -> Iterator[dict]:
     """Endless designs, evenly over the space."""
     while True:
