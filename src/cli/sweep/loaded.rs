@@ -47,7 +47,9 @@ pub(super) fn load(own: &SweepFileArguments, shared: &CommonOptions) -> Result<L
     let sweep = SweepFile::parse(&shown, &text)?;
     // A count that no folder holds is refused before anything is resolved.
     sensel::sweep::design::points(&sweep).map_err(|error| at_file(error, &shown))?;
-    let beside = file.parent().map(|folder| folder.join(&sweep.scenario)).filter(|path| path.exists());
+    // A folder of results may have the name of a built-in scenario.
+    let is_scenario = |path: &PathBuf| path.is_file() || path.join("scene.toml").is_file();
+    let beside = file.parent().map(|folder| folder.join(&sweep.scenario)).filter(is_scenario);
     let asked = beside.map_or_else(|| sweep.scenario.clone(), |path| path.display().to_string());
     let (scenario_file, scenario_text) = paths::scenario_text(Some(&asked), shared)?;
     let folder = scenario_file.parent().map_or_else(PathBuf::new, Path::to_path_buf);
