@@ -114,6 +114,12 @@ impl Flow {
         Clocks(self.end().0.saturating_sub(self.rows_end.0))
     }
 
+    /// From the reading of the last row to the end of its burst, which waits for those of the rows before it; 0 where no rows are sent.
+    pub fn rows_tail(&self) -> Clocks {
+        let last = self.sent.iter().rfind(|sent| matches!(sent.packet, PlannedPacket::Row(_)));
+        Clocks(last.map_or(0, |last| last.end.0.saturating_sub(self.rows_end.0)))
+    }
+
     /// From the reading of the last row to the last feature byte; none where features are not sent.
     pub fn feature_latency(&self) -> Option<Clocks> {
         let last = self.sent.iter().rev().find(|sent| matches!(sent.packet, PlannedPacket::Features { .. }))?;

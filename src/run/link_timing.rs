@@ -17,6 +17,8 @@ pub struct LinkTimes {
     pub stalled_s: f64,
     /// From the reading of the last row to the end of the frame's last burst.
     pub tail_s: f64,
+    /// From the reading of the last row to the end of its burst; 0 where rows are not sent.
+    pub rows_tail_s: f64,
     /// From the reading of the last row to the last bit of the frame's last packet.
     pub last_bit_s: f64,
     /// From the reading of the last row to the start of the first burst of features behind it; none where features are not sent.
@@ -144,6 +146,7 @@ impl SensorSetup {
         Ok(LinkTimes {
             stalled_s: seconds(flow.stalled),
             tail_s: seconds(flow.tail()),
+            rows_tail_s: seconds(flow.rows_tail()),
             last_bit_s: seconds(flow.last_bit()),
             features_from_s: flow.features_behind_rows().map(seconds),
             last_feature_s: self

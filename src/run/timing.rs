@@ -78,15 +78,6 @@ pub fn timing_diagram(sensor: &SensorSetup, features: u64, name: &str) -> Result
     })
 }
 
-/// Time of an output row's packet, 0 where rows are not sent.
-fn packet_s(sensor: &SensorSetup) -> Result<f64, Error> {
-    if !sensor.link.mode.sends_codes() {
-        return Ok(0.0);
-    }
-    let width_px = sensor.schedule.output_size().width_px;
-    Ok(sensor.link.seconds(sensor.link.line_packet_time(width_px, sensor.bits())?))
-}
-
 /// From the end of a row's conversion to the start of its packet.
 pub(super) fn memory_s(schedule: &Schedule) -> f64 {
     if schedule.shift_lane_clk().0 > 0 { schedule.line_time_s() } else { 0.0 }
@@ -187,39 +178,37 @@ fn frame_phases(sensor: &SensorSetup, features: u64) -> Result<Vec<Phase>, Error
     let slots = schedule.slots().len();
     let numbered = |name: &str, slot: usize| if slots > 1 { format!("{name} {}", slot + 1) } else { name.to_owned() };
     let mut phases = Vec::new();
-    for (lane, row) in [("first row", RowIndex(0)), ("last row", schedule.last_row())] {
+    let times = sensor.link_times(features)?;
+    // Rows before the last one may have waited for the link, and it with them.
+    for (lane, row, late_s) in [("first row", RowIndex(0), 0.0), ("last row", schedule.last_row(), times.stalled_s)] {
         for slot in 0..slots {
             let exposure = schedule.slot_exposure(frame, slot, row);
             let readout = schedule.slot_readout(frame, slot, row);
             phases.push(phase(lane, numbered("exposure", slot), exposure.start_s, exposure.end_s));
-            phases.push(phase(lane, numbered("readout", slot), readout.start_s, readout.end_s));
+            phases.push(phase(lane, numbered("readout", slot), readout.start_s + late_s, readout.end_s + late_s));
         }
     }
     let first = schedule.readout(frame, RowIndex(0));
     let last = schedule.slot_readout(frame, slots - 1, schedule.last_row());
     let next = schedule.readout(FrameIndex(1), RowIndex(0));
-    phases.push(phase("sensor", "readout".to_owned(), first.start_s, last.end_s));
-    phases.push(phase("sensor", "blanking".to_owned(), last.end_s, next.start_s));
-    let times = sensor.link_times(features)?;
+    let read_s = last.end_s + times.stalled_s;
+    phases.push(phase("sensor", "readout".to_owned(), first.start_s, read_s));
+    phases.push(phase("sensor", "blanking".to_owned(), read_s, next.start_s));
     if let Some(last_s) = times.last_feature_s {
         let from_s = first.end_s + memory_s(schedule);
         phases.push(phase("extractor", "features".to_owned(), from_s, from_s + times.stalled_s + last_s));
     }
-    for (name, span) in link_spans(sensor, &times, (first, last))? {
+    for (name, span) in link_spans(sensor, &times, (first, last)) {
         phases.push(phase("link", name.to_owned(), span.start_s, span.end_s));
     }
     Ok(phases)
 }
 
 /// When rows and features are on the link in a frame whose first and last rows are read in these spans.
-fn link_spans(
-    sensor: &SensorSetup,
-    times: &LinkTimes,
-    (first, last): (Span, Span),
-) -> Result<Vec<(&'static str, Span)>, Error> {
+fn link_spans(sensor: &SensorSetup, times: &LinkTimes, (first, last): (Span, Span)) -> Vec<(&'static str, Span)> {
     let memory_s = memory_s(&sensor.schedule);
     let read_s = last.end_s + memory_s + times.stalled_s;
-    let rows_end_s = read_s + packet_s(sensor)?;
+    let rows_end_s = read_s + times.rows_tail_s;
     let mut spans = Vec::new();
     if sensor.link.mode.sends_codes() {
         spans.push(("rows", Span { start_s: first.end_s + memory_s, end_s: rows_end_s }));
@@ -228,7 +217,7 @@ fn link_spans(
         let start_s = times.features_from_s.map_or(rows_end_s, |from_s| greater(rows_end_s, read_s + from_s));
         spans.push(("features", Span { start_s, end_s: read_s + times.tail_s }));
     }
-    Ok(spans)
+    spans
 }
 
 /// First clock of the second frame in run time: zero of the picture of two frames.
@@ -252,7 +241,7 @@ fn frame_lanes(sensor: &SensorSetup, features: u64) -> Result<Vec<Phase>, Error>
         let last = schedule.slot_readout(frame, schedule.slots().len() - 1, schedule.last_row());
         push("readout", "rows", first.start_s, last.end_s);
         push("readout", "blanking", last.end_s, schedule.readout(FrameIndex(frame.0 + 1), RowIndex(0)).start_s);
-        for (name, span) in link_spans(sensor, &times, (first, last))? {
+        for (name, span) in link_spans(sensor, &times, (first, last)) {
             push("link", name, span.start_s, span.end_s);
         }
     }

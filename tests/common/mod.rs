@@ -25,6 +25,14 @@ pub fn cases<T>(all: T, each_day: T) -> T {
     if takes_all_cases() { all } else { each_day }
 }
 
+/// Whether this process, and so what it starts, ignores SIGINT, as a command in the background of a script does.
+#[cfg(unix)]
+pub fn ignores_interrupts() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:")).unwrap_or_default();
+    u64::from_str_radix(mask.trim(), 16).is_ok_and(|mask| mask >> 1 & 1 == 1)
+}
+
 static COUNT: AtomicU32 = AtomicU32::new(0);
 
 impl Scratch {

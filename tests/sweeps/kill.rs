@@ -7,6 +7,8 @@ use rand::RngExt;
 use sensel::draw::DrawKey;
 
 use super::{SweepTest, ended, started};
+#[cfg(unix)]
+use crate::common::ignores_interrupts;
 use crate::common::{cases, names};
 
 /// Cells and kills: the full number with `SENSEL_ALL_CASES`, which takes minutes.
@@ -74,7 +76,9 @@ fn an_interrupt_keeps_finished_cells_and_ends_with_130() {
         std::thread::sleep(Duration::from_millis(10));
     }
     let id = i32::try_from(child.id()).unwrap();
-    rustix::process::kill_process(rustix::process::Pid::from_raw(id).unwrap(), rustix::process::Signal::INT).unwrap();
+    use rustix::process::Signal;
+    let signal = if ignores_interrupts() { Signal::TERM } else { Signal::INT };
+    rustix::process::kill_process(rustix::process::Pid::from_raw(id).unwrap(), signal).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(130));
     let again = ended(&test, "run", "out", &["--json"]).json();
     let run = again["run"].as_u64().unwrap();

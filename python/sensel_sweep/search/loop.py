@@ -153,11 +153,11 @@ class Plan:
     def continues(self, state: State) -> bool:
         """Whether its designs are points of the space, numbered on from those before it, and its runs are of known designs."""
         known = len(state.designs)
-        places = {name for name, _ in (*state.search.trajectories, *state.search.final.trajectories)}
+        trajectories = {name for name, _ in (*state.search.trajectories, *state.search.final.trajectories)}
         return (
             [one.number for one in self.designs] == list(range(known, known + len(self.designs)))
             and all(state.search.holds(one.is_) for one in self.designs)
-            and all(one.design in range(known + len(self.designs)) and one.trajectory in places for one in self.runs)
+            and all(one.design in range(known + len(self.designs)) and one.trajectory in trajectories for one in self.runs)
             and all(number in range(known + len(self.designs)) for number in self.refused)
         )
 
