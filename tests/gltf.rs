@@ -283,6 +283,10 @@ fn hostile_files_are_refused_with_the_reason() {
     let cases: Vec<(&str, Vec<u8>)> = vec![
         ("starts with 'glTF'", b"PK\x03\x04 a zip".to_vec()),
         ("is of version 1", with(4, 1)),
+        ("version \"1.0\"", json("/asset/version", serde_json::json!("1.0"))),
+        ("version \"3.0\"", json("/asset", serde_json::json!({"version": "3.0"}))),
+        ("version \"2.1\"", json("/asset", serde_json::json!({"version": "2.1", "minVersion": "2.1"}))),
+        ("version \"\"", json("/asset", serde_json::json!({"generator": "nobody"}))),
         ("vertex 1", vertex(f32::NAN)),
         ("vertex 1", vertex(f32::INFINITY)),
         ("vertex 1", vertex(-3e38)),
@@ -321,7 +325,7 @@ fn hostile_files_are_refused_with_the_reason() {
         assert!(text.contains(reason), "expected '{reason}' in: {text}");
         refused += 1;
     }
-    assert_eq!(refused, 33);
+    assert_eq!(refused, 37);
 }
 
 #[test]

@@ -40,8 +40,8 @@ impl Tree {
         Ok(Self { values, origins: origins.found })
     }
 
-    /// One `--set a.b=value`; the value is TOML, or else taken as a string. Fails on without an equals sign, or with an empty part in the
-    /// path.
+    /// One `--set a.b=value`; the value is TOML, or else taken as a string. Fails without an equals sign, with an empty part in the path,
+    /// and on a value that sets further keys.
     pub fn from_assignment(assignment: &str) -> Result<Self, Error> {
         let refused = |reason: &str| Error::Config {
             file: "--set".to_owned(),
@@ -55,8 +55,9 @@ impl Tree {
         if path.split('.').any(str::is_empty) {
             return Err(refused("expected a dotted path of keys before the equals sign"));
         }
-        let parsed = toml::from_str::<Table>(&format!("value = {}", text.trim()));
-        let value = match parsed.ok().and_then(|mut table| table.remove("value")) {
+        let mut parsed = toml::from_str::<Table>(&format!("value = {}", text.trim())).unwrap_or_default();
+        let value = match parsed.remove("value") {
+            Some(_) if !parsed.is_empty() => return Err(refused("expected one key; use --set once for each")),
             Some(value) => value,
             None => Value::String(text.trim().to_owned()),
         };
@@ -267,6 +268,10 @@ mod tests {
         assert_eq!(tree.get("scene.file").unwrap().as_str(), Some("bathroom.glb"));
         assert!(Tree::from_assignment("scene.file").is_err());
         assert!(Tree::from_assignment("scene..file=1").is_err());
+        let two = Tree::from_assignment("run.frames=7\nseed=1").unwrap_err();
+        assert!(two.to_string().contains("use --set once for each"), "{two}");
+        let list = Tree::from_assignment("a.b=[1,\n 2]").unwrap();
+        assert_eq!(list.get("a.b").unwrap().as_array().unwrap().len(), 2);
     }
 
     #[test]

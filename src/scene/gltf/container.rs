@@ -63,6 +63,7 @@ pub struct Container<'a> {
 #[derive(Deserialize, Default)]
 #[serde(default, rename_all = "camelCase")]
 struct Outline {
+    asset: Asset,
     extensions_used: Vec<String>,
     extensions_required: Vec<String>,
     nodes: Vec<Extended<NodeExtensions>>,
@@ -70,6 +71,24 @@ struct Outline {
     textures: Vec<OutlineTexture>,
     meshes: Vec<OutlineMesh>,
     accessors: Vec<OutlineAccessor>,
+}
+
+/// Versions are text: "2.0". A reader needs the minimum only, where there is one.
+#[derive(Deserialize, Default)]
+#[serde(default, rename_all = "camelCase")]
+struct Asset {
+    version: String,
+    min_version: Option<String>,
+}
+
+impl Asset {
+    /// Refuses what a reader of glTF 2.0 cannot read.
+    fn check(&self) -> Result<(), String> {
+        let needed = self.min_version.as_ref().unwrap_or(&self.version);
+        let is_read = if self.min_version.is_some() { needed == "2.0" } else { needed.starts_with("2.") };
+        let shown: String = needed.chars().take(NAME_CHARS_MAX).collect();
+        if is_read { Ok(()) } else { Err(format!("it is of glTF version {shown:?}; 2.0 is read")) }
+    }
 }
 
 /// Something with extensions.
@@ -141,6 +160,9 @@ struct Instancing {
 /// Objects of a file's JSON at most: one takes up to 300 bytes, however few it has in the file.
 const OBJECTS_MAX: usize = 1_000_000;
 
+/// Characters of a version at most that a reason repeats.
+const NAME_CHARS_MAX: usize = 20;
+
 /// Characters of a reason at most: the crate names every fault of a file.
 const REASON_CHARS_MAX: usize = 400;
 
@@ -167,6 +189,7 @@ pub fn open(bytes: &[u8]) -> Result<Container<'_>, String> {
     let (json, binary) = if is_text { (bytes, &[][..]) } else { chunks(bytes)? };
     judge(json)?;
     let outline: Outline = serde_json::from_slice(json).map_err(|error| not_gltf(&error))?;
+    outline.asset.check()?;
     if let Some(missing) = outline.missing() {
         return Err(refusal(missing));
     }
