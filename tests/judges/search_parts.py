@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy
 from optuna._hypervolume import compute_hypervolume
 from scipy import special
-from sensel_sweep.search import batch, beside, choice, failure, file, propose, rungs, space, sureness
+from sensel_sweep.search import batch, beside, choice, failure, file, final, propose, rungs, space, sureness
 from sensel_sweep.search.batch import Result, Run
 from sensel_sweep.search.designs import Design, Goals, excess_of, front, hypervolume, summaries_of, summary
 from sensel_sweep.search.file import Objective, constraint
@@ -267,6 +267,35 @@ def a_choice_is_shown_and_within_a_resolution_sure():
     assert all(word in verdict for word, verdict in zip(words, verdicts)), verdicts
 
 
+def a_final_evaluation_goes_on_until_a_design_is_shown():
+    limit = constraint("tracking.ate_m < 0.010 for 99 %")
+    goals = replace(GOALS, objectives=(Objective("energy.power_mw", resolution=0.5),), constraints=(limit,))
+    # Nine designs 0.2 mW apart that keep the limit; two of them, and a guess beyond all, were evaluated. The dearer ones have more margin, but for one.
+    means_mm = [8.0, 7.9, 7.0, 6.9, 7.5, 6.0, 5.0, 4.0, 3.0]
+    runs = [[result(10.0 + 0.2 * at, 1e-3 * mean * factor) for factor in (0.98, 1.0, 1.02)] for at, mean in enumerate(means_mm)]
+    designs = [design(number, row) for number, row in enumerate(runs)]
+    guess = judged(99, 30.0, of_400(300))
+    guess = replace(guess, summary=replace(guess.summary, design=replace(guess.summary.design, guess="expert")))
+    missed = [judged(0, 10.0, of_400(396)), judged(1, 10.2, of_400(390)), guess]
+    assert final.further(goals, designs, missed, 3) == [2, 5, 8] and final.further(goals, designs, missed, 1) == [2]
+    # Between the best one that is shown and the next better one; no more where these are as near as the resolution.
+    shown = [*missed, judged(2, 10.4, of_400(397)), judged(5, 11.0, of_400(400)), judged(8, 11.6, of_400(400))]
+    assert final.further(goals, designs, shown, 3) == [3]
+    near = [*shown, judged(3, 10.6, of_400(398))]
+    assert final.further(goals, designs, near, 3) == []
+    exact = replace(goals, objectives=GOALS.objectives[:1])
+    assert final.further(exact, designs, near, 3) == [4]
+    # Where good is large it goes the other way; several objectives and limits without a share have no such order.
+    largest = replace(goals, objectives=(Objective("energy.power_mw", is_maximised=True, resolution=0.5),))
+    assert final.further(largest, designs, [judged(8, 11.6, of_400(390))], 9) == [7]
+    assert final.further(replace(goals, objectives=GOALS.objectives), designs, missed, 3) == []
+    assert final.further(replace(goals, constraints=(TRACKED,)), designs, missed, 3) == []
+    # Searches are compared by what they show, where both show something.
+    sides = [missed[:2], shown], [shown, [judged(6, 11.2, of_400(400))]]
+    compared = [[[one.number for one in side] for side in beside.comparable(goals, list(pair))[1]] for pair in sides]
+    assert compared == [[[0, 1], [one.number for one in shown]], [[5, 8], [6]]], compared
+
+
 def finalists_have_more_and_more_margin():
     limit = constraint("tracking.ate_m < 0.010 for 99 %")
     goals = replace(GOALS, objectives=GOALS.objectives[:1], constraints=(limit, TRACKED))
@@ -307,7 +336,7 @@ def main():
     checks += [designs_beside_the_best_stay_in_the_space, a_race_keeps_what_may_be_best, files_are_read, a_rung_is_judged_by_ranks]
     checks += [fronts_move_by_more_than_the_runs_leave_open_or_not, the_last_cells_go_to_those_that_are_evaluated_anew]
     checks += [finalists_have_more_and_more_margin, finalists_reach_beyond_the_limit, a_choice_is_shown_and_within_a_resolution_sure]
-    checks += [a_first_round_has_each_design_once, a_text_stays_on_its_line]
+    checks += [a_first_round_has_each_design_once, a_text_stays_on_its_line, a_final_evaluation_goes_on_until_a_design_is_shown]
     for check in checks:
         check()
     print(json.dumps({"volumes": compared, "checks": len(checks)}))

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from ..cluster import Engine
-from . import file, loop, report
+from . import file, final, loop, report
 from .failure import Failure, one_line
 
 
@@ -21,7 +21,7 @@ def main(arguments: argparse.Namespace) -> int:
         out = Path(arguments.out or Path("out") / "searches" / search.path.stem).resolve()
         state = loop.State(search, out, reads_only=arguments.part == "report")
         with Engine(arguments) as engine:
-            loop.search_all(state, engine)
+            final.search_all(state, engine)
         report.write(state, [Path(folder) for folder in getattr(arguments, "beside", [])])
         return 0
     except loop.Paused:

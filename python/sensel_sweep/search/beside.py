@@ -73,15 +73,24 @@ def read(folder: Path, goals: Goals) -> Other:
     return other
 
 
+def comparable(goals: Goals, sides: list[list[Held]]) -> tuple[str, list[list[Held]]]:
+    """The designs that two searches are compared by, with words for them: as a choice is made, those that are shown to keep every share where
+    both sides have one; else all."""
+    shares = [number for number, one in enumerate(goals.constraints) if one.share is not None]
+    shown = [[one for one in side if one.is_admissible and all(one.kept[number].verdict == "shown" for number in shares)] for side in sides]
+    return (" of the designs that are shown to keep every share", shown) if shares and all(shown) else ("", sides)
+
+
 def sentences(goals: Goals, all_judged: list[Judged], other: Other) -> list[str]:
     """What the other search says of this one."""
     name = f"{other.name} (search seed {other.seed}, {other.sampler}, {other.cells} cells)"
-    sides = volumes(goals, [all_judged, other.held])
+    whose, compared = comparable(goals, [all_judged, other.held])
+    sides = volumes(goals, compared)
     if sides is None:
         return [f"Neither this search nor {name} has a design that held-out runs could measure, so the fronts cannot be compared."]
     here, there = sides
     low, high = interval_of(here.draws - there.draws)
-    what = "hypervolume of the front" if len(goals.objectives) > 1 else f"best {goals.objectives[0].figure}"
+    what = ("hypervolume of the front" if len(goals.objectives) > 1 else f"best {goals.objectives[0].figure}") + whose
     better = "here" if here.measured > there.measured else "there"
     differs = f"the {what} differs by {digits(abs(here.measured - there.measured))}, better {better}"
     resolution = goals.objectives[0].resolution

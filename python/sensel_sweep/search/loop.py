@@ -1,8 +1,7 @@
-"""The rounds of a search, and the evaluation of its finalists on seeds and trajectories that it never saw."""
+"""The rounds of a search."""
 
 from __future__ import annotations
 
-import hashlib
 import json
 import shlex
 from dataclasses import dataclass, field
@@ -11,7 +10,7 @@ from pathlib import Path
 
 from ..cluster import Engine
 from .batch import Result, Run, gathered, read_table, reason_of_failure, refusal, run_batch, sweep_text, write_whole
-from .choice import STANDARD_ERRORS, finalists
+from .choice import STANDARD_ERRORS
 from .designs import Design, Goals, Summary, resolve_goals, summaries_of
 from .failure import Failure, damaged
 from .file import SearchFile
@@ -75,19 +74,6 @@ def assigned(search: SearchFile, trajectories: tuple, design: Design, run: Run) 
 def runs_of(trajectories: tuple, number: int, seeds: list[int]) -> list[Run]:
     """Every trajectory with every seed."""
     return [Run(number, name, seed) for name, _ in trajectories for seed in seeds]
-
-
-def search_all(state: State, engine: Engine) -> None:
-    """All rounds, then the final evaluation. Rounds that have run are read, not run."""
-    check_identity(state)
-    try:
-        while play(state, engine):
-            pass
-        evaluate_finalists(state, engine)
-        state.is_finished = bool(state.final)
-    except Paused:
-        if not state.reads_only or state.goals is None:
-            raise
 
 
 def check_identity(state: State) -> None:
@@ -323,21 +309,3 @@ def after_round(state: State) -> None:
             state.goals = resolve_goals(state.search, known)
         except ValueError as error:
             raise Failure(f"{state.search.path}: {error}") from None
-
-
-def evaluate_finalists(state: State, engine: Engine) -> None:
-    """Runs the finalists on seeds and trajectories that the search never saw."""
-    final = state.search.final
-    numbers = finalists(state.search, state.goals, state.designs, final.designs)
-    runs = [run for number in numbers for run in runs_of(final.trajectories, number, list(final.seeds))]
-    if not runs:
-        return
-    designs = {str(number): state.designs[number].is_ for number in numbers}
-    named = json.dumps([designs, [run.label for run in runs], final.trajectories], sort_keys=True)
-    plan_path = state.out / "rounds" / f"final-{hashlib.sha256(named.encode()).hexdigest()[:8]}.json"
-    if state.reads_only and not plan_path.exists():
-        return
-    plan = Plan.read(plan_path, state) if plan_path.exists() else Plan([], runs)
-    results = run_round(state, engine, plan_path, plan, final.trajectories, f"Final evaluation of {state.search.path.name}")
-    for run, result in results.items():
-        state.final.setdefault(run.design, {})[run] = result
