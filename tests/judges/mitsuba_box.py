@@ -2,110 +2,39 @@
 """Renders an exported box room with Mitsuba 3 and compares pixels.
 
 Takes a folder with scene.json (written by tests/light.rs): camera, faces, lamp, photons per radiance of each band, and raw
-little-endian float32 files: textures (linear, the top row first) and our own pictures. Prints the mean relative error of the
-direct light and of the light after all bounces as JSON. Nothing of ours but the scene's description goes into Mitsuba's picture.
+little-endian float32 files: textures (linear, the top row first) and our own pictures; the number of paths a pixel; and a record of Mitsuba's
+pictures. Prints the mean relative error of the direct light and of the light after all bounces as JSON.
+
+Mitsuba's pictures depend on the scene, its script and its version alone, and take it nine tenths of the time. So it renders again only after
+one of these has changed, and each week (SENSEL_ALL_CASES). SENSEL_UPDATE records what it renders.
 """
 
+import hashlib
+import importlib.metadata
 import json
+import os
 import sys
 from pathlib import Path
 
-import mitsuba as mi
 import numpy as np
-
-mi.set_variant("scalar_rgb")
 
 folder = Path(sys.argv[1])
 spp = int(sys.argv[2])
+record = Path(sys.argv[3])
 scene = json.loads((folder / "scene.json").read_text())
+version = importlib.metadata.version("mitsuba")
 
 
-def floats(name, shape):
-    return np.fromfile(folder / name, dtype="<f4").reshape(shape)
-
-
-def quad(number, corners, uvs):
-    """A PLY of two triangles."""
-    lines = ["ply", "format ascii 1.0", "element vertex 4"]
-    lines += [f"property float {name}" for name in "xyzuv"]
-    lines += ["element face 2", "property list uchar int vertex_indices", "end_header"]
-    lines += [" ".join(repr(float(x)) for x in [*corner, *uv]) for corner, uv in zip(corners, uvs)]
-    lines += ["3 0 1 2", "3 0 2 3"]
-    path = folder / f"quad{number}.ply"
-    path.write_text("\n".join(lines) + "\n")
-    return {"type": "ply", "filename": str(path), "face_normals": True}
-
-
-def pictured(texture):
-    """Linear texels of a file, times a factor."""
-    width, height = texture["size"]
-    texels = floats(texture["file"], (height, width, 3)) * np.array(texture["factors"], dtype=np.float32)
-    return mi.Bitmap(np.ascontiguousarray(texels))
-
-
-def world():
-    parts = {"type": "scene"}
-    for number, face in enumerate(scene["faces"]):
-        shape = quad(number, face["corners_m"], face["uvs"])
-        if face.get("is_mirror"):
-            colour = {"type": "rgb", "value": face["colour"]}
-            shape["bsdf"] = {"type": "conductor", "material": "none", "specular_reflectance": colour}
-        elif face["texture"] is None:
-            shape["bsdf"] = {"type": "diffuse", "reflectance": {"type": "rgb", "value": face["colour"]}}
-        else:
-            width, height = face["texture_size"]
-            texels = floats(face["texture"], (height, width, 3)) * np.array(face["colour"], dtype=np.float32)
-            bitmap = mi.Bitmap(np.ascontiguousarray(texels))
-            texture = {"type": "bitmap", "bitmap": bitmap, "raw": True, "wrap_mode": "clamp"}
-            shape["bsdf"] = {"type": "diffuse", "reflectance": texture}
-        if face.get("normal_map"):
-            normals = {"type": "bitmap", "bitmap": pictured(face["normal_map"]), "raw": True, "wrap_mode": "clamp"}
-            shape["bsdf"] = {"type": "normalmap", "normalmap": normals, "bsdf": shape["bsdf"]}
-        if face["two_sided"]:
-            shape["bsdf"] = {"type": "twosided", "bsdf": shape["bsdf"]}
-        if face.get("emission_map"):
-            texels = {"type": "bitmap", "bitmap": pictured(face["emission_map"]), "raw": True, "wrap_mode": "clamp"}
-            shape["emitter"] = {"type": "area", "radiance": texels}
-        elif any(face["radiance"]):
-            shape["emitter"] = {"type": "area", "radiance": {"type": "rgb", "value": face["radiance"]}}
-        parts[f"face{number}"] = shape
-    for number, light in enumerate(scene.get("lights", [])):
-        if light["type"] == "sun":
-            # A ball of the sun's width a kilometre away.
-            sine = np.sin(light["radius_rad"])
-            radiance = [float(e / (np.pi * sine * sine)) for e in light["irradiance"]]
-            parts[f"light{number}"] = {
-                "type": "sphere", "center": [1000.0 * x for x in light["towards"]], "radius": float(1000.0 * sine),
-                "emitter": {"type": "area", "radiance": {"type": "rgb", "value": radiance}}}
-            continue
-        emitter = {"type": light["type"], "intensity": {"type": "rgb", "value": light["intensity"]}}
-        if light["type"] == "point":
-            emitter["position"] = light["position_m"]
-        else:
-            emitter["to_world"] = mi.ScalarTransform4f().look_at(
-                origin=light["position_m"], target=light["target_m"], up=[0.0, 0.0, 1.0])
-            emitter["cutoff_angle"], emitter["beam_width"] = light["outer_deg"], light["inner_deg"]
-        parts[f"light{number}"] = emitter
-    return parts
-
-
-def rendered(view, max_depth, seed):
-    transform = mi.ScalarTransform4f().look_at(origin=view["origin_m"], target=view["target_m"], up=view["up"])
-    width, height = scene["size"]
-    parts = world()
-    parts["sensor"] = {
-        "type": "perspective",
-        "fov": scene["horizontal_fov_deg"],
-        "fov_axis": "x",
-        "to_world": transform,
-        "near_clip": 0.001,
-        "film": {"type": "hdrfilm", "width": width, "height": height, "pixel_format": "rgb",
-                 "component_format": "float32", "rfilter": {"type": "box"}},
-        "sampler": {"type": "multijitter", "sample_count": spp},
-    }
-    # Paths end by chance from the eighth bounce on: without bias, and in a sixth of the time that fifty bounces take.
-    parts["integrator"] = {"type": "path", "max_depth": max_depth, "rr_depth": 8}
-    return np.array(mi.render(mi.load_dict(parts), spp=spp, seed=seed))
+def asked():
+    """Hash of all that Mitsuba's pictures depend on but its version."""
+    faces = scene["faces"]
+    maps = [face[key]["file"] for face in faces for key in ("normal_map", "emission_map") if face.get(key)]
+    files = sorted({face["texture"] for face in faces if face["texture"]} | set(maps))
+    script = Path(__file__).with_name("mitsuba_pictures.py")
+    whole = hashlib.sha256(str(spp).encode())
+    for path in [script, folder / "scene.json", *(folder / name for name in files)]:
+        whole.update(hashlib.sha256(path.read_bytes()).digest())
+    return whole.hexdigest()
 
 
 def squares(pictures):
@@ -114,34 +43,61 @@ def squares(pictures):
     return pictures.reshape(count, height // 2, 2, width // 2, 2).mean(axis=(2, 4))
 
 
-def main():
-    width, height = scene["size"]
+def theirs_by_name(depths):
+    """Squares of Mitsuba's pictures, and what the record is to them: "found" there, "stale", or "new" for another Mitsuba or a weekly run."""
+    key, known = asked(), {}
+    if record.exists():
+        with np.load(record) as file:
+            known = dict(file)
+    is_of_version = str(known.get("mitsuba", version)) == version
+    is_found = str(known.get("asked")) == key and is_of_version
+    if is_found and "SENSEL_ALL_CASES" not in os.environ:
+        return known, "found"
+    from mitsuba_pictures import rendered  # Takes seconds to load.
+
     weights = np.array(scene["photons_per_radiance"])
-    found = {"spp": spp, "pixels": 0, "mitsuba": mi.__version__}
-    for names, max_depth in ((["direct"], 2), (["full", "default"], -1)):
-        if not any((folder / f"{name}0.f32").exists() for name in names):
-            continue
-        views = enumerate(scene["views"])
-        theirs = np.array([rendered(view, max_depth, number) @ weights for number, view in views])
-        theirs = squares(theirs)
-        lit = theirs > 0.0
-        for name in names:
-            if not (folder / f"{name}0.f32").exists():
-                continue
-            pictures = [floats(f"{name}{number}.f32", (height, width)) for number in range(len(scene["views"]))]
-            ours = squares(np.array(pictures, dtype=np.float64))
-            error = np.abs(ours[lit] - theirs[lit]) / theirs[lit]
-            bright = theirs[lit] > 0.3 * theirs.max()
-            found[name] = {
-                "mean_relative_error": float(error.mean()),
-                "median_relative_error": float(np.median(error)),
-                "bright_median_relative_error": float(np.median(error[bright])),
-                "worst_relative_error": float(error.max()),
-                "share_beyond_20_per_cent": float((error > 0.2).mean()),
-                "ratio_of_means": float(ours.mean() / theirs.mean()),
-            }
-        found["pixels"] += int(lit.sum())
-        np.save(folder / f"{names[0]}_mitsuba.npy", theirs)
+    pictures = {}
+    for name, max_depth in depths.items():
+        views = [rendered(folder, scene, view, max_depth, spp, number) @ weights for number, view in enumerate(scene["views"])]
+        pictures[name] = squares(np.array(views)).astype(np.float32)
+    if "SENSEL_UPDATE" in os.environ:
+        record.parent.mkdir(parents=True, exist_ok=True)
+        np.savez_compressed(record, asked=key, mitsuba=version, **pictures)
+        return pictures, "found"
+    return pictures, "stale" if is_of_version and not is_found else "new"
+
+
+def is_ours(name):
+    """Whether we have rendered this comparison."""
+    return (folder / f"{name}0.f32").exists()
+
+
+def compared(name, theirs):
+    """How far our pictures are from theirs, where these are lit."""
+    width, height = scene["size"]
+    lit = theirs > 0.0
+    pictures = [np.fromfile(folder / f"{name}{number}.f32", dtype="<f4").reshape(height, width) for number in range(len(scene["views"]))]
+    ours = squares(np.array(pictures, dtype=np.float64))
+    error = np.abs(ours[lit] - theirs[lit]) / theirs[lit]
+    bright = theirs[lit] > 0.3 * theirs.max()
+    return {
+        "mean_relative_error": float(error.mean()),
+        "median_relative_error": float(np.median(error)),
+        "bright_median_relative_error": float(np.median(error[bright])),
+        "worst_relative_error": float(error.max()),
+        "share_beyond_20_per_cent": float((error > 0.2).mean()),
+        "ratio_of_means": float(ours.mean() / theirs.mean()),
+    }
+
+
+def main():
+    comparisons = [(names, depth) for names, depth in ((["direct"], 2), (["full", "default"], -1)) if any(map(is_ours, names))]
+    pictures, state = theirs_by_name({names[0]: depth for names, depth in comparisons})
+    found = {"spp": spp, "pixels": 0, "mitsuba": version, "record": state}
+    for names, _ in comparisons:
+        theirs = pictures[names[0]].astype(np.float64)
+        found.update({name: compared(name, theirs) for name in filter(is_ours, names)})
+        found["pixels"] += int((theirs > 0.0).sum())
     print(json.dumps(found))
 
 
