@@ -3,20 +3,22 @@ built again from the finished designs, and the sampler's seed is that of the rou
 
 from __future__ import annotations
 
+import importlib.metadata
 import itertools
 import warnings
 from collections.abc import Iterator
 
 import numpy
 import optuna
-import sklearn
 from optuna.distributions import BaseDistribution, CategoricalDistribution, FloatDistribution, IntDistribution
 
 from .designs import Goals, Summary, front
 from .failure import Failure
 from .file import Factor, SearchFile
 from .space import drawn, generator_of, moved, seed_of, steps
-from .thompson import sampled
+
+# It takes a second to load, which only rounds that it proposes need; without it no search begins.
+SCIKIT_LEARN = importlib.metadata.version("scikit-learn")
 
 # Share of a round's designs that are drawn evenly over the space: a sampler that saw few runs settles on what was lucky. As many lie beside
 # the best ones known, once any keeps all constraints. Processes explore by themselves and need half of it.
@@ -58,7 +60,7 @@ def designs_for_processes(search: SearchFile) -> int:
 
 def versions() -> dict[str, str]:
     """Of the libraries that proposals depend on, by name."""
-    return {"optuna": optuna.__version__, "scikit-learn": sklearn.__version__, "numpy": numpy.__version__}
+    return {"optuna": optuna.__version__, "scikit-learn": SCIKIT_LEARN, "numpy": numpy.__version__}
 
 
 def sampler_text(search: SearchFile) -> str:
@@ -66,7 +68,7 @@ def sampler_text(search: SearchFile) -> str:
     text = f"{kind(search)} of Optuna {optuna.__version__}"
     if search.sampler != "auto":
         return text
-    return f"{text}, from {designs_for_processes(search)} designs on Gaussian processes of scikit-learn {sklearn.__version__}"
+    return f"{text}, from {designs_for_processes(search)} designs on Gaussian processes of scikit-learn {SCIKIT_LEARN}"
 
 
 def distribution(factor: Factor) -> BaseDistribution:
@@ -154,7 +156,10 @@ def proposals(search: SearchFile, goals: Goals, summaries: list[Summary], turn: 
     if kind(search) == "random":
         take(asked(search, goals, summaries, turn), count - aside)
     else:
-        take((sampled if by_processes else asked)(search, goals, summaries, turn), count - 2 * aside)
+        source = asked
+        if by_processes:
+            from .thompson import sampled as source
+        take(source(search, goals, summaries, turn), count - 2 * aside)
         take(beside_best(search, goals, summaries, turn), count - aside)
     take(drawn(search, generator_of(search, turn, 1)), count)
     return found
