@@ -41,7 +41,7 @@ impl Tree {
     }
 
     /// One `--set a.b=value`; the value is TOML, or else taken as a string. Fails without an equals sign, with an empty part in the path,
-    /// and on a value that sets further keys.
+    /// and on several lines that are not one value.
     pub fn from_assignment(assignment: &str) -> Result<Self, Error> {
         let refused = |reason: &str| Error::Config {
             file: "--set".to_owned(),
@@ -55,11 +55,12 @@ impl Tree {
         if path.split('.').any(str::is_empty) {
             return Err(refused("expected a dotted path of keys before the equals sign"));
         }
-        let mut parsed = toml::from_str::<Table>(&format!("value = {}", text.trim())).unwrap_or_default();
-        let value = match parsed.remove("value") {
-            Some(_) if !parsed.is_empty() => return Err(refused("expected one key; use --set once for each")),
-            Some(value) => value,
-            None => Value::String(text.trim().to_owned()),
+        let text = text.trim();
+        let one_key = || refused("expected one value of one key; use --set once for each key");
+        let value = match toml::from_str::<Table>(&format!("value = {text}")) {
+            Ok(mut parsed) if parsed.len() == 1 => parsed.remove("value").ok_or_else(one_key)?,
+            Err(_) if !text.contains(['\n', '\r']) => Value::String(text.to_owned()),
+            _ => return Err(one_key()),
         };
         let mut tree = Self::default();
         tree.put(path, value, Origin { layer: "--set".to_owned(), line: 0 });
@@ -268,8 +269,10 @@ mod tests {
         assert_eq!(tree.get("scene.file").unwrap().as_str(), Some("bathroom.glb"));
         assert!(Tree::from_assignment("scene.file").is_err());
         assert!(Tree::from_assignment("scene..file=1").is_err());
-        let two = Tree::from_assignment("run.frames=7\nseed=1").unwrap_err();
-        assert!(two.to_string().contains("use --set once for each"), "{two}");
+        for several in ["run.frames=7\nseed=1", "run.frames=7\nvalue=1", "scene.file=a.glb\nseed=1", "a=1\r\nb=2"] {
+            let error = Tree::from_assignment(several).unwrap_err().to_string();
+            assert!(error.contains("use --set once for each key"), "{error}");
+        }
         let list = Tree::from_assignment("a.b=[1,\n 2]").unwrap();
         assert_eq!(list.get("a.b").unwrap().as_array().unwrap().len(), 2);
     }

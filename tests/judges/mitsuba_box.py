@@ -5,8 +5,8 @@ Takes a folder with scene.json (written by tests/light.rs): camera, faces, lamp,
 little-endian float32 files: textures (linear, the top row first) and our own pictures; the number of paths a pixel; and a record of Mitsuba's
 pictures. Prints the mean relative error of the direct light and of the light after all bounces as JSON.
 
-Mitsuba's pictures depend on the scene, its script and its version alone, and take it nine tenths of the time. So it renders again only after
-one of these has changed, and each week (SENSEL_ALL_CASES). SENSEL_UPDATE records what it renders.
+Mitsuba's pictures depend on the scene, the two scripts and its version alone, and take nine tenths of the time. So it renders again only after
+one of these has changed, and each week (SENSEL_ALL_CASES), when the record must show the same. SENSEL_UPDATE records what it renders.
 """
 
 import hashlib
@@ -30,9 +30,9 @@ def asked():
     faces = scene["faces"]
     maps = [face[key]["file"] for face in faces for key in ("normal_map", "emission_map") if face.get(key)]
     files = sorted({face["texture"] for face in faces if face["texture"]} | set(maps))
-    script = Path(__file__).with_name("mitsuba_pictures.py")
+    scripts = [Path(__file__), Path(__file__).with_name("mitsuba_pictures.py")]
     whole = hashlib.sha256(str(spp).encode())
-    for path in [script, folder / "scene.json", *(folder / name for name in files)]:
+    for path in [*scripts, folder / "scene.json", *(folder / name for name in files)]:
         whole.update(hashlib.sha256(path.read_bytes()).digest())
     return whole.hexdigest()
 
@@ -44,14 +44,15 @@ def squares(pictures):
 
 
 def theirs_by_name(depths):
-    """Squares of Mitsuba's pictures, and what the record is to them: "found" there, "stale", or "new" for another Mitsuba or a weekly run."""
+    """Squares of Mitsuba's pictures, and what the record is to them: "found", "stale", "wrong", or "new" for another Mitsuba or a weekly run."""
     key, known = asked(), {}
     if record.exists():
         with np.load(record) as file:
             known = dict(file)
     is_of_version = str(known.get("mitsuba", version)) == version
     is_found = str(known.get("asked")) == key and is_of_version
-    if is_found and "SENSEL_ALL_CASES" not in os.environ:
+    updates = "SENSEL_UPDATE" in os.environ
+    if is_found and "SENSEL_ALL_CASES" not in os.environ and not updates:
         return known, "found"
     from mitsuba_pictures import rendered  # Takes seconds to load.
 
@@ -60,10 +61,12 @@ def theirs_by_name(depths):
     for name, max_depth in depths.items():
         views = [rendered(folder, scene, view, max_depth, spp, number) @ weights for number, view in enumerate(scene["views"])]
         pictures[name] = squares(np.array(views)).astype(np.float32)
-    if "SENSEL_UPDATE" in os.environ:
+    if updates:
         record.parent.mkdir(parents=True, exist_ok=True)
         np.savez_compressed(record, asked=key, mitsuba=version, **pictures)
         return pictures, "found"
+    if is_found and not all(np.allclose(known[name], picture, rtol=1e-4) for name, picture in pictures.items()):
+        return pictures, "wrong"
     return pictures, "stale" if is_of_version and not is_found else "new"
 
 

@@ -274,20 +274,24 @@ def a_final_evaluation_goes_on_until_a_design_is_shown():
     means_mm = [8.0, 7.9, 7.0, 6.9, 7.5, 6.0, 5.0, 4.0, 3.0]
     runs = [[result(10.0 + 0.2 * at, 1e-3 * mean * factor) for factor in (0.98, 1.0, 1.02)] for at, mean in enumerate(means_mm)]
     designs = [design(number, row) for number, row in enumerate(runs)]
-    guess = judged(99, 30.0, of_400(300))
-    guess = replace(guess, summary=replace(guess.summary, design=replace(guess.summary.design, guess="expert")))
-    missed = [judged(0, 10.0, of_400(396)), judged(1, 10.2, of_400(390)), guess]
+    designs.append(replace(design(9, [result(30.0, 0.001)]), guess="expert"))
+    # Held-out trajectories may take more power than those of the search.
+    guess = judged(9, 31.0, of_400(300))
+    guess = replace(guess, summary=replace(guess.summary, design=designs[9]))
+    missed = [judged(0, 11.0, of_400(396)), judged(1, 11.2, of_400(390)), guess]
     assert final.further(goals, designs, missed, 3) == [2, 5, 8] and final.further(goals, designs, missed, 1) == [2]
+    # One that is dear and misses hides nothing that is cheaper.
+    assert final.further(goals, designs, [*missed, judged(8, 12.6, of_400(390))], 3) == [2, 5, 7]
     # Between the best one that is shown and the next better one; no more where these are as near as the resolution.
-    shown = [*missed, judged(2, 10.4, of_400(397)), judged(5, 11.0, of_400(400)), judged(8, 11.6, of_400(400))]
+    shown = [*missed, judged(2, 11.4, of_400(397)), judged(5, 12.0, of_400(400)), judged(8, 12.6, of_400(400))]
     assert final.further(goals, designs, shown, 3) == [3]
-    near = [*shown, judged(3, 10.6, of_400(398))]
+    near = [*shown, judged(3, 11.6, of_400(398))]
     assert final.further(goals, designs, near, 3) == []
     exact = replace(goals, objectives=GOALS.objectives[:1])
     assert final.further(exact, designs, near, 3) == [4]
     # Where good is large it goes the other way; several objectives and limits without a share have no such order.
     largest = replace(goals, objectives=(Objective("energy.power_mw", is_maximised=True, resolution=0.5),))
-    assert final.further(largest, designs, [judged(8, 11.6, of_400(390))], 9) == [7]
+    assert final.further(largest, designs[:9], [judged(8, 12.6, of_400(390))], 9) == [7]
     assert final.further(replace(goals, objectives=GOALS.objectives), designs, missed, 3) == []
     assert final.further(replace(goals, constraints=(TRACKED,)), designs, missed, 3) == []
     # Searches are compared by what they show, where both show something.

@@ -126,8 +126,8 @@ fn mitsuba_sees_the_box_room_within_two_per_cent() {
     assert_eq!(found["pixels"], SIZE.width_px * SIZE.height_px);
 }
 
-/// What the judge says of a folder, with so many paths a pixel. Fails where Mitsuba's pictures are recorded for another scene than this,
-/// since they would take a minute each day from then on.
+/// What the judge says of a folder, with so many paths a pixel. Fails where this Mitsuba's pictures are recorded for another scene than this,
+/// since they would take a minute each day from then on. Another Mitsuba renders each time.
 fn judged(folder: &Path, paths: u32) -> serde_json::Value {
     let python = std::env::var("SENSEL_JUDGE_PYTHON").expect("./check names the judges' Python in SENSEL_JUDGE_PYTHON");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/judges/mitsuba_box.py");
@@ -140,7 +140,8 @@ fn judged(folder: &Path, paths: u32) -> serde_json::Value {
     let answer = said.rfind("{\"spp\"").map(|at| &said[at..]).unwrap_or_else(|| panic!("no answer in {said:?}"));
     let found: serde_json::Value = serde_json::from_str(answer.trim_end()).unwrap();
     println!("{found}");
-    assert_ne!(found["record"], "stale", "SENSEL_UPDATE=1 records Mitsuba's pictures of this scene");
+    let is_right = !["stale", "wrong"].iter().any(|state| found["record"] == *state);
+    assert!(is_right, "SENSEL_UPDATE=1 records Mitsuba's pictures of this scene: {found}");
     found
 }
 

@@ -23,8 +23,8 @@ fn record() -> PathBuf {
 }
 
 /// Runs a test of netlists, unless it has held for the sources of the same blocks, the same `words` (the test itself, and expected
-/// figures) and the same Yosys. With `SENSEL_UPDATE=1` a test that holds is recorded. One that holds with the recorded Yosys and is not
-/// recorded fails, since it would run for minutes each day from then on.
+/// figures) and the same Yosys. With `SENSEL_UPDATE=1` a test that holds is recorded. One that is not recorded, or for other sources by the
+/// same Yosys, fails, since it would run for minutes each day from then on. Another Yosys than the recorded one runs each time.
 pub fn unless_found_before(test: &str, blocks: &[&str], words: &str, run: impl FnOnce()) {
     let version = Command::new("yosys").arg("-V").output().expect("yosys runs: ./check --install").stdout;
     let mut hasher = blake3::Hasher::new();

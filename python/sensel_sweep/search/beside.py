@@ -76,9 +76,13 @@ def read(folder: Path, goals: Goals) -> Other:
 def comparable(goals: Goals, sides: list[list[Held]]) -> tuple[str, list[list[Held]]]:
     """The designs that two searches are compared by, with words for them: as a choice is made, those that are shown to keep every share where
     both sides have one; else all."""
-    shares = [number for number, one in enumerate(goals.constraints) if one.share is not None]
-    shown = [[one for one in side if one.is_admissible and all(one.kept[number].verdict == "shown" for number in shares)] for side in sides]
-    return (" of the designs that are shown to keep every share", shown) if shares and all(shown) else ("", sides)
+    has_share = any(one.share is not None for one in goals.constraints)
+
+    def is_shown(one: Held) -> bool:
+        return one.is_admissible and all(kept.verdict == "shown" for of, kept in zip(goals.constraints, one.kept) if of.share is not None)
+
+    shown = [[one for one in side if is_shown(one)] for side in sides]
+    return (" of the designs that are shown to keep every share", shown) if has_share and all(shown) else ("", sides)
 
 
 def sentences(goals: Goals, all_judged: list[Judged], other: Other) -> list[str]:

@@ -29,17 +29,17 @@ def search_all(state: State, engine: Engine) -> None:
 
 
 def evaluate_finalists(state: State, engine: Engine) -> bool:
-    """Runs the finalists, and others where none of them is shown to keep every share; false where runs are missing that are only to be read."""
+    """Runs the finalists, and others where none of them is shown to keep every share; false where the finalists' runs are missing and are only to
+    be read. A guess that is shown counts as shown."""
     count = state.search.final.designs
-    numbers = finalists(state.search, state.goals, state.designs, count)
-    for turn in range(1 + FURTHER_ROUNDS):
-        if not evaluate(state, engine, numbers):
-            return False
-        all_judged = judged(state)
-        if turn == 0 and any(one.is_shown for one in all_judged if one.is_admissible):
-            break
-        numbers = further(state.goals, state.designs, all_judged, max(count // 2, 1))
-        if not numbers:
+    if not evaluate(state, engine, finalists(state.search, state.goals, state.designs, count)):
+        return False
+    if any(one.is_shown for one in judged(state) if one.is_admissible):
+        return bool(state.final)
+    for _ in range(FURTHER_ROUNDS):
+        numbers = further(state.goals, state.designs, judged(state), max(count // 2, 1))
+        # A report is of what is there.
+        if not numbers or not evaluate(state, engine, numbers):
             break
     return bool(state.final)
 
@@ -63,22 +63,24 @@ def evaluate(state: State, engine: Engine, numbers: list[int]) -> bool:
 
 
 def further(goals: Goals, designs: list[Design], all_judged: list[Judged], count: int) -> list[int]:
-    """Designs to evaluate next, none of which is known to miss anything: while none is shown to keep every share, worse ones than all that were
+    """Designs to evaluate next, none of which is known to miss anything: while none is shown to keep every share, worse ones than those that were
     evaluated, guesses left aside; then those between the best one that is shown and the next better one, until the resolution parts the two.
-    None with several objectives, and where no constraint has a share."""
+    None with several objectives, and where no constraint has a share. Designs are compared by the search's own runs, which all of them have."""
     if len(goals.objectives) > 1 or all(one.share is None for one in goals.constraints):
         return []
-    sign, resolution = goals.objectives[0].sign, goals.objectives[0].resolution
-
-    def price(means: tuple) -> float:
-        return sign * means[0]
-
-    shown = [price(one.summary.means) for one in all_judged if one.is_shown and one.is_admissible]
+    objective, evaluated = goals.objectives[0], {one.number: one for one in all_judged}
+    summaries = summaries_of(goals, designs)
+    price = {one.design.number: objective.sign * one.means[0] for one in summaries if one.means[0] is not None}
+    shown = [price[number] for number, one in evaluated.items() if one.is_shown and one.is_admissible]
     most = min(shown, default=math.inf)
-    others = [price(one.summary.means) for one in all_judged if one.is_measured and one.summary.design.guess is None]
-    least = max((one for one in others if one < most), default=-math.inf)
-    if most - least <= resolution:
-        return []
-    done = {one.number for one in all_judged}
-    kept = [one for one in summaries_of(goals, designs) if one.is_feasible and one.design.number not in done]
-    return evenly(by_price(goals, [one for one in kept if least < price(one.means) < most]), count)
+    open_ones = [number for number, one in evaluated.items() if number in price and price[number] < most]
+    bounds = sorted((price[number] for number in open_ones if evaluated[number].summary.design.guess is None), reverse=True)
+    if shown:
+        # Only the next better one bounds it.
+        bounds = [bound for bound in bounds[:1] if most - bound > objective.resolution]
+    kept = [one for one in summaries if one.is_feasible and one.design.number not in evaluated]
+    for bound in bounds:
+        found = [one for one in kept if bound < price[one.design.number] < most]
+        if found:
+            return evenly(by_price(goals, found), count)
+    return []

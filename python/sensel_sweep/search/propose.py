@@ -17,7 +17,7 @@ from .failure import Failure
 from .file import Factor, SearchFile
 from .space import drawn, generator_of, moved, seed_of, steps
 
-# It takes a second to load, which only rounds that it proposes need; without it no search begins.
+# Raises where scikit-learn is missing. It is loaded only by rounds in which Gaussian processes propose, since that takes a second.
 SCIKIT_LEARN = importlib.metadata.version("scikit-learn")
 
 # Share of a round's designs that are drawn evenly over the space: a sampler that saw few runs settles on what was lucky. As many lie beside

@@ -42,7 +42,7 @@ MOVED = 0.1
 def write(state: State, others: list[Path]) -> None:
     """Writes report.html, report.json and, with a choice, chosen.toml; says what was found, also beside other searches."""
     all_judged = judged(state)
-    number = chosen(state.goals, all_judged)
+    number = chosen(state.goals, all_judged) if state.is_finished else None
     read_others = [beside.read(folder, state.goals) for folder in others]
     facts = facts_of(state, all_judged, number)
     write_whole(state.out / "report.json", json.dumps(facts, indent=1) + "\n")
@@ -119,7 +119,9 @@ def sentences(state: State, all_judged: list[Judged], number: int | None) -> lis
     """The choice and why, and what other prices and limits would change."""
     search = state.search
     if not state.is_finished:
-        if state.final or not search_front(state):
+        if state.final:
+            return [f"The final evaluation goes on; {len(state.final)} designs have run."]
+        if not search_front(state):
             return [f"{state.cells} cells of {len(state.designs)} designs: no design keeps all constraints yet."]
         return [f"{state.cells} of {search.cells} cells are finished; the front is not evaluated yet."]
     if number is None:

@@ -73,7 +73,7 @@ struct Outline {
     accessors: Vec<OutlineAccessor>,
 }
 
-/// Versions are text: "2.0". A reader needs the minimum only, where there is one.
+/// Versions are text, as in "2.0". A file that names the version that a reader needs at least may have any other.
 #[derive(Deserialize, Default)]
 #[serde(default, rename_all = "camelCase")]
 struct Asset {
@@ -85,8 +85,11 @@ impl Asset {
     /// Refuses what a reader of glTF 2.0 cannot read.
     fn check(&self) -> Result<(), String> {
         let needed = self.min_version.as_ref().unwrap_or(&self.version);
+        if needed.is_empty() {
+            return Err("it names no glTF version; 2.0 is read".to_owned());
+        }
         let is_read = if self.min_version.is_some() { needed == "2.0" } else { needed.starts_with("2.") };
-        let shown: String = needed.chars().take(NAME_CHARS_MAX).collect();
+        let shown: String = needed.chars().take(VERSION_CHARS_MAX).collect();
         if is_read { Ok(()) } else { Err(format!("it is of glTF version {shown:?}; 2.0 is read")) }
     }
 }
@@ -161,7 +164,7 @@ struct Instancing {
 const OBJECTS_MAX: usize = 1_000_000;
 
 /// Characters of a version at most that a reason repeats.
-const NAME_CHARS_MAX: usize = 20;
+const VERSION_CHARS_MAX: usize = 20;
 
 /// Characters of a reason at most: the crate names every fault of a file.
 const REASON_CHARS_MAX: usize = 400;
