@@ -126,7 +126,7 @@ fn mitsuba_sees_the_box_room_within_two_per_cent() {
     assert_eq!(found["pixels"], SIZE.width_px * SIZE.height_px);
 }
 
-/// What the judge says of a folder, with so many paths a pixel. Fails where this Mitsuba's pictures are recorded for another scene than this,
+/// What the judge says of a folder, with so many paths a pixel. Fails where this Mitsuba's pictures are recorded for another scene,
 /// since they would take a minute each day from then on. Another Mitsuba renders each time.
 fn judged(folder: &Path, paths: u32) -> serde_json::Value {
     let python = std::env::var("SENSEL_JUDGE_PYTHON").expect("./check names the judges' Python in SENSEL_JUDGE_PYTHON");
