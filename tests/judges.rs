@@ -110,19 +110,16 @@ fn evo_agrees_with_the_figures_of_the_report_to_a_micrometre() {
 }
 
 #[test]
-fn the_default_run_is_tracked_within_five_centimetres_by_evo_over_its_first_frames() {
+fn the_default_run_is_tracked_within_five_centimetres_by_evo_over_its_first_thirty_five_frames() {
     let out = scratch("default");
-    let frames = crate::common::cases(35, 16);
-    sensel(&["run", "--quiet", "--frames", &frames.to_string(), "--out", &text_of(&out)]);
+    sensel(&["run", "--quiet", "--frames", "35", "--out", &text_of(&out)]);
     let report: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(out.join("report.json")).unwrap()).unwrap();
     assert_eq!(report["tracking"]["tracked_fraction"], 1.0);
     let (truth, estimate) = (text_of(&out.join("trajectory_gt.tum")), text_of(&out.join("trajectory_est.tum")));
     let evo = judge("evo_check.py", &[&truth, &estimate, "--max-ape-se3", "0.05"]);
-    assert_eq!(evo["n_matched"], frames);
-    // An error over a second takes more than 30 frames.
-    let figures = [("ate_m", &evo["ape"]["se3"]), ("rpe_m", &evo["rpe"]["se3"]["sec_1"])];
-    for (name, theirs) in figures.into_iter().take(crate::common::cases(2, 1)) {
+    assert_eq!(evo["n_matched"], 35);
+    for (name, theirs) in [("ate_m", &evo["ape"]["se3"]), ("rpe_m", &evo["rpe"]["se3"]["sec_1"])] {
         let (ours, theirs) = (report["tracking"][name].as_f64().unwrap(), theirs["trans"]["rmse"].as_f64().unwrap());
         assert!((ours - theirs).abs() < 1e-6, "{name}: {ours} here, {theirs} by evo");
     }
