@@ -294,9 +294,9 @@ def a_final_evaluation_goes_on_until_a_design_is_shown():
     assert final.further(largest, designs[:9], [judged(8, 12.6, of_400(390))], 9) == [7]
     assert final.further(replace(goals, objectives=GOALS.objectives), designs, missed, 3) == []
     assert final.further(replace(goals, constraints=(TRACKED,)), designs, missed, 3) == []
-    # Searches are compared by what they show, where both show something.
+    # Searches are compared by all, and by what they show where both show something.
     sides = [missed[:2], shown], [shown, [judged(6, 11.2, of_400(400))]]
-    compared = [[[one.number for one in side] for side in beside.comparable(goals, list(pair))[1]] for pair in sides]
+    compared = [[[one.number for one in side] for side in beside.comparisons(goals, list(pair))[-1][1]] for pair in sides]
     assert compared == [[[0, 1], [one.number for one in shown]], [[5, 8], [6]]], compared
 
 

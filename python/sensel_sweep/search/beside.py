@@ -73,25 +73,29 @@ def read(folder: Path, goals: Goals) -> Other:
     return other
 
 
-def comparable(goals: Goals, sides: list[list[Held]]) -> tuple[str, list[list[Held]]]:
-    """The designs that two searches are compared by, with words for them: as a choice is made, those that are shown to keep every share where
-    both sides have one; else all."""
+def comparisons(goals: Goals, sides: list[list[Held]]) -> list[tuple[str, list[list[Held]]]]:
+    """The designs that two searches are compared by, with words for them: all; and as a choice is made, those that are shown to keep every share,
+    where both sides have one."""
     has_share = any(one.share is not None for one in goals.constraints)
 
     def is_shown(one: Held) -> bool:
         return one.is_admissible and all(kept.verdict == "shown" for of, kept in zip(goals.constraints, one.kept) if of.share is not None)
 
     shown = [[one for one in side if is_shown(one)] for side in sides]
-    return (" of the designs that are shown to keep every share", shown) if has_share and all(shown) else ("", sides)
+    return [("", sides)] + ([(" of the designs that are shown to keep every share", shown)] if has_share and all(shown) else [])
 
 
 def sentences(goals: Goals, all_judged: list[Judged], other: Other) -> list[str]:
     """What the other search says of this one."""
+    return [compared(goals, other, whose, sides) for whose, sides in comparisons(goals, [all_judged, other.held])]
+
+
+def compared(goals: Goals, other: Other, whose: str, held: list[list[Held]]) -> str:
+    """One comparison in words."""
     name = f"{other.name} (search seed {other.seed}, {other.sampler}, {other.cells} cells)"
-    whose, compared = comparable(goals, [all_judged, other.held])
-    sides = volumes(goals, compared)
+    sides = volumes(goals, held)
     if sides is None:
-        return [f"Neither this search nor {name} has a design that held-out runs could measure, so the fronts cannot be compared."]
+        return f"Neither this search nor {name} has a design that held-out runs could measure, so the fronts cannot be compared."
     here, there = sides
     low, high = interval_of(here.draws - there.draws)
     what = ("hypervolume of the front" if len(goals.objectives) > 1 else f"best {goals.objectives[0].figure}") + whose
@@ -106,4 +110,4 @@ def sentences(goals: Goals, all_judged: list[Judged], other: Other) -> list[str]
         verdict = f"the runs do not show that the front has moved by more than the resolution of {digits(resolution)}"
     else:
         verdict = "the front has moved"
-    return [f"Beside {name}: {differs}. The runs leave open {digits(low)} to {digits(high)} (95 %, above 0 better here), so {verdict}."]
+    return f"Beside {name}: {differs}. The runs leave open {digits(low)} to {digits(high)} (95 %, above 0 better here), so {verdict}."
