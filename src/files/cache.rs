@@ -101,7 +101,7 @@ impl Cache {
         let used = file.try_clone();
         let Ok(mut bytes) = read_opened(file, &path, self.capacity_bytes) else { return CacheEntry::Damaged };
         match bytes.split_at_checked(CHECKSUM_BYTES) {
-            Some((checksum, content)) if blake3::hash(content).as_bytes() == checksum => {}
+            Some((checksum, content)) if checksum_of(key, content) == checksum => {}
             _ => return CacheEntry::Damaged,
         }
         // The time of use matters for the order of eviction only: a read-only cache works as well.
@@ -120,7 +120,7 @@ impl Cache {
         let turn = TURN.fetch_add(1, Ordering::Relaxed);
         let unfinished = path.with_extension(format!("{}-{turn}.{UNFINISHED}", std::process::id()));
         let mut bytes = Vec::with_capacity(content.len() + CHECKSUM_BYTES);
-        bytes.extend_from_slice(blake3::hash(content).as_bytes());
+        bytes.extend_from_slice(&checksum_of(key, content));
         bytes.extend_from_slice(content);
         let written = write_new(&unfinished, &bytes).and_then(|()| fs::rename(&unfinished, &path));
         if let Err(source) = written {
@@ -172,6 +172,11 @@ impl Cache {
         assert!(is_key(key), "a cache key is a hash in lower-case hexadecimal");
         self.folder.join(format!("{key}.{ENTRY}"))
     }
+}
+
+/// Of an entry's bytes under its key, so that an entry that was copied or renamed to another key is damaged too.
+fn checksum_of(key: &str, content: &[u8]) -> [u8; CHECKSUM_BYTES] {
+    *blake3::Hasher::new().update(key.as_bytes()).update(content).finalize().as_bytes()
 }
 
 /// Writes a file that is not there yet: nothing that somebody else put there is followed or filled.
@@ -237,6 +242,8 @@ mod tests {
         assert_eq!(tried, 37);
         cache.put(KEYS[0], b"again").unwrap();
         assert_eq!(cache.get(KEYS[0]).unwrap(), b"again");
+        fs::copy(&path, cache.path(KEYS[1])).unwrap();
+        assert_eq!(cache.find(KEYS[1]), CacheEntry::Damaged, "an entry of another key");
     }
 
     #[test]

@@ -30,7 +30,7 @@ impl RenderInputs<'_> {
     pub fn photon_key(&self) -> Option<String> {
         let scene = self.world.dynamic_scene()?;
         let mut hasher = blake3::Hasher::new();
-        hasher.update(b"sensel photons 1");
+        hasher.update(b"sensel photons 2");
         hasher.update(SOURCES.as_bytes());
         hasher.update(&scene.fixed.content_hash());
         self.camera.hash_into(&mut hasher);
