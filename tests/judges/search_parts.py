@@ -8,6 +8,8 @@ import tempfile
 import tomllib
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from unittest.mock import patch
 
 import numpy
 from optuna._hypervolume import compute_hypervolume
@@ -119,6 +121,13 @@ def designs_beside_the_best_stay_in_the_space():
             # Rounding to whole numbers, or to four digits, moves a value by less than a twentieth of these ranges.
             assert not factor.is_range or abs(factor.share(value) - share) < 0.05, (factor.name, share)
             assert factor.is_range or not factor.is_scale or space.moved(factor, value, generator) != value
+    # Drawn anew: one to three factors, each as often as any other, and over its whole range.
+    fresh = [space.redrawn(SEARCH, is_, generator) for _ in range(400)]
+    assert all(sum(one[name] != value for name, value in is_.items()) <= 3 for one in fresh)
+    for factor in factors:
+        values = [one[factor.name] for one in fresh if one[factor.name] != is_[factor.name]]
+        reached = {round(2 * factor.share(value)) for value in values} if factor.is_range else set(values)
+        assert len(reached) == (3 if factor.is_range else len(factor.choices) - 1), (factor.name, reached)
     lost = summary(GOALS, replace(design(2, [result(5.0, 0.01, tracked=0.5)]), is_=is_))
     assert list(propose.beside_best(SEARCH, GOALS, [lost], 3)) == []
 
@@ -267,6 +276,28 @@ def a_choice_is_shown_and_within_a_resolution_sure():
     assert all(word in verdict for word, verdict in zip(words, verdicts)), verdicts
 
 
+def rounds_of(goals, designs, met, count):
+    """Designs of each round of a final evaluation that starts with 0, 1 and the guess 9, where so many of 400 runs keep the limit, else 390."""
+    state = SimpleNamespace(search=SimpleNamespace(final=SimpleNamespace(designs=count)), goals=goals, designs=designs, final={})
+    rounds = []
+
+    def evaluate(state, _, numbers):
+        rounds.append(numbers)
+        for number in numbers:
+            power_mw = 31.0 if number == 9 else 11.0 + 0.2 * number
+            found = judged(number, power_mw, of_400(met.get(number, 390)))
+            state.final[number] = replace(found, summary=replace(found.summary, design=designs[number]))
+        return True
+
+    with (
+        patch.object(final, "evaluate", evaluate),
+        patch.object(final, "judged", lambda state: list(state.final.values())),
+        patch.object(final, "finalists", lambda *_: [0, 1, 9]),
+    ):
+        assert final.evaluate_finalists(state, None)
+    return rounds
+
+
 def a_final_evaluation_goes_on_until_a_design_is_shown():
     limit = constraint("tracking.ate_m < 0.010 for 99 %")
     goals = replace(GOALS, objectives=(Objective("energy.power_mw", resolution=0.5),), constraints=(limit,))
@@ -287,6 +318,10 @@ def a_final_evaluation_goes_on_until_a_design_is_shown():
     assert final.further(goals, designs, shown, 3) == [3]
     near = [*shown, judged(3, 11.6, of_400(398))]
     assert final.further(goals, designs, near, 3) == []
+    assert rounds_of(goals, designs, {2: 397, 5: 400, 8: 400, 3: 398}, 6) == [[0, 1, 9], [2, 5, 8], [3]]
+    # One of the first is shown, and the next better one is far from it.
+    assert rounds_of(goals, designs, {9: 400, 2: 397, 5: 400, 8: 400, 3: 398}, 6) == [[0, 1, 9], [2, 5, 8], [3]]
+    assert rounds_of(goals, designs, {1: 400}, 6) == [[0, 1, 9]]
     exact = replace(goals, objectives=GOALS.objectives[:1])
     assert final.further(exact, designs, near, 3) == [4]
     # Where good is large it goes the other way; several objectives and limits without a share have no such order.

@@ -12,7 +12,7 @@ from .designs import Design, Goals, summaries_of
 from .loop import Paused, Plan, State, check_identity, play, run_round, runs_of
 from .outcome import Judged, judged
 
-# Further rounds of the final evaluation at most, where the first one shows no design to keep every share.
+# Further rounds of the final evaluation at most.
 FURTHER_ROUNDS = 3
 
 
@@ -29,13 +29,11 @@ def search_all(state: State, engine: Engine) -> None:
 
 
 def evaluate_finalists(state: State, engine: Engine) -> bool:
-    """Runs the finalists, and others where none of them is shown to keep every share; false where the finalists' runs are missing and are only to
-    be read. A guess that is shown counts as shown."""
+    """Runs the finalists, then others until one is shown to keep every share and no better one is far from it; false where the finalists' runs are
+    missing and are only to be read. A guess that is shown counts as shown."""
     count = state.search.final.designs
     if not evaluate(state, engine, finalists(state.search, state.goals, state.designs, count)):
         return False
-    if any(one.is_shown for one in judged(state) if one.is_admissible):
-        return bool(state.final)
     for _ in range(FURTHER_ROUNDS):
         numbers = further(state.goals, state.designs, judged(state), max(count // 2, 1))
         # A report is of what is there.

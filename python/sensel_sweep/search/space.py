@@ -13,6 +13,8 @@ from .file import Factor, SearchFile
 STEP_SHARE = 0.15
 # Standard deviations of a scattered point, as powers of ten of the share of a range.
 SCATTER_POWERS = (-2.0, -0.5)
+# Factors of a design that are drawn anew at most.
+REDRAWN_MOST = 3
 
 
 def seed_of(search: SearchFile, turn: int) -> int:
@@ -97,6 +99,13 @@ def scattered(search: SearchFile, is_: dict, generator: numpy.random.Generator) 
             elif generator.random() < 0.5:
                 near[factor.name] = moved(factor, is_[factor.name], generator)
     return near
+
+
+def redrawn(search: SearchFile, is_: dict, generator: numpy.random.Generator) -> dict:
+    """A design that agrees with another in all but one to three factors, which are drawn evenly: each number of factors as likely."""
+    many = min(1 + int(generator.integers(REDRAWN_MOST)), len(search.factors))
+    fresh = {search.factors[at].name for at in generator.choice(len(search.factors), many, replace=False)}
+    return {factor.name: factor.at(float(generator.random())) if factor.name in fresh else is_[factor.name] for factor in search.factors}
 
 
 def coordinates(search: SearchFile, is_: dict) -> list[float]:

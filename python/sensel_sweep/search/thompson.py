@@ -16,10 +16,11 @@ from threadpoolctl import threadpool_limits
 
 from .designs import Goals, Summary, best_first
 from .file import SearchFile
-from .space import coordinates, drawn, generator_of, scattered
+from .space import coordinates, drawn, generator_of, redrawn, scattered
 
-# Candidates that are drawn evenly over the space, and as many again near the best designs.
-CANDIDATES = 300
+# Candidates that are drawn evenly over the space, as many again near the best designs, and as many that agree with one of these in all but a
+# few factors. Without the last, few candidates join the choices of the best designs with ranges far from theirs.
+CANDIDATES = 600
 BEST_DESIGNS = 10
 # Designs that length scales and noise are fitted to; the processes themselves hold all.
 FITTED_MOST = 140
@@ -102,10 +103,11 @@ def chebyshev(values: numpy.ndarray, is_kept: numpy.ndarray, weights: numpy.ndar
 
 
 def candidates(search: SearchFile, goals: Goals, summaries: list[Summary], generator: numpy.random.Generator) -> list[dict]:
-    """Unknown designs, over the space and near the best ones."""
+    """Unknown designs, over the space and from the best ones."""
     around = [one.design.is_ for one in best_first(goals, summaries)[:BEST_DESIGNS]]
     pool = list(itertools.islice(drawn(search, generator), CANDIDATES))
-    pool += [scattered(search, is_, generator) for is_ in around for _ in range(CANDIDATES // len(around))]
+    for beside in (scattered, redrawn):
+        pool += [beside(search, is_, generator) for is_ in around for _ in range(CANDIDATES // len(around))]
     known = [one.design.is_ for one in summaries]
     return [is_ for is_ in pool if is_ not in known]
 
