@@ -103,13 +103,15 @@ def chebyshev(values: numpy.ndarray, is_kept: numpy.ndarray, weights: numpy.ndar
 
 
 def candidates(search: SearchFile, goals: Goals, summaries: list[Summary], generator: numpy.random.Generator) -> list[dict]:
-    """Unknown designs, over the space and from the best ones."""
+    """Unknown designs, each once, over the space and from the best ones."""
     around = [one.design.is_ for one in best_first(goals, summaries)[:BEST_DESIGNS]]
     pool = list(itertools.islice(drawn(search, generator), CANDIDATES))
     for beside in (scattered, redrawn):
         pool += [beside(search, is_, generator) for is_ in around for _ in range(CANDIDATES // len(around))]
+    # Few factors that are drawn anew give some designs often: each stays once, so that it is proposed once.
+    once = {repr([is_[factor.name] for factor in search.factors]): is_ for is_ in pool}
     known = [one.design.is_ for one in summaries]
-    return [is_ for is_ in pool if is_ not in known]
+    return [is_ for is_ in once.values() if is_ not in known]
 
 
 def sampled(search: SearchFile, goals: Goals, summaries: list[Summary], turn: int) -> Iterator[dict]:
