@@ -56,6 +56,25 @@ def by_price(goals: Goals, summaries: list[Summary]) -> list[Summary]:
     return found
 
 
+def outcome(goals: Goals, design: Design) -> tuple:
+    """The figures of all limits on a share in the runs of the first seed. Two designs that share them differ in keys that reach none of these
+    figures, so they miss in the same held-out runs. A figure that is the same in all runs tells nothing."""
+    figures = [one.figure for one in goals.constraints if one.share is not None]
+    results = {run.trajectory or "": result for run, result in design.results.items() if run.seed == 1}
+    found = tuple(goals.value(figure, results[trajectory]) for figure in figures for trajectory in sorted(results))
+    return found if len(set(found)) > 1 else (design.number,)
+
+
+def distinct(goals: Goals, summaries: list[Summary]) -> list[Summary]:
+    """The best of those that share an outcome. All of them with several objectives, since such designs may lie on a front together."""
+    if len(goals.objectives) > 1:
+        return summaries
+    first: dict[tuple, Summary] = {}
+    for one in sorted(summaries, key=lambda one: (math.inf if one.means[0] is None else goals.objectives[0].sign * one.means[0], one.design.number)):
+        first.setdefault(outcome(goals, one.design), one)
+    return [one for one in summaries if first[outcome(goals, one.design)] is one]
+
+
 def evenly(summaries: list[Summary], count: int) -> list[int]:
     """At most so many of these, evenly among them and with the first."""
     if len(summaries) > count:
@@ -84,8 +103,10 @@ def choices_of(search: SearchFile, design: Design) -> list:
 def finalists(search: SearchFile, goals: Goals, designs: list[Design], count: int) -> list[int]:
     """Designs to evaluate anew: the best one at the stated prices, with others on both sides of the limits; those at prices that favour each
     objective; others along the front; the next behind it, first those with other values of the factors that are no ranges, since what few runs
-    misjudge they misjudge in neighbours alike; where none keeps all constraints, those that miss them least; and every guess."""
-    summaries = summaries_of(goals, designs)
+    misjudge they misjudge in neighbours alike; where none keeps all constraints, those that miss them least; and every guess. Of designs that
+    share an outcome the best one goes first."""
+    all_summaries = summaries_of(goals, designs)
+    summaries = distinct(goals, all_summaries)
     on_front = front(goals, summaries)
     means = {one.design.number: one.means for one in on_front}
     chosen: list[int] = []
@@ -108,8 +129,7 @@ def finalists(search: SearchFile, goals: Goals, designs: list[Design], count: in
         if choices_of(search, one.design) not in seen:
             seen.append(choices_of(search, one.design))
             add(one.design.number)
-    for one in ordered:
+    for one in [*ordered, *best_first(goals, [one for one in all_summaries if one.runs and one.is_feasible])]:
         add(one.design.number)
-    known = {one.design.number for one in summaries if one.runs}
-    guesses = [one.design.number for one in summaries if one.design.guess and one.design.number in known]
+    guesses = [one.design.number for one in all_summaries if one.design.guess and one.runs]
     return sorted({*chosen, *guesses})

@@ -7,7 +7,7 @@ import json
 import math
 
 from ..cluster import Engine
-from .choice import by_price, evenly, finalists
+from .choice import by_price, distinct, evenly, finalists, outcome
 from .designs import Design, Goals, summaries_of
 from .loop import Paused, Plan, State, check_identity, play, run_round, runs_of
 from .outcome import Judged, judged
@@ -76,7 +76,8 @@ def further(goals: Goals, designs: list[Design], all_judged: list[Judged], count
     if shown:
         # Only the next better one bounds it.
         bounds = [bound for bound in bounds[:1] if most - bound > objective.resolution]
-    kept = [one for one in summaries if one.is_feasible and one.design.number not in evaluated]
+    known = {outcome(goals, designs[number]) for number in evaluated}
+    kept = [one for one in distinct(goals, summaries) if one.is_feasible and outcome(goals, one.design) not in known]
     for bound in bounds:
         found = [one for one in kept if bound < price[one.design.number] < most]
         if found:
