@@ -167,6 +167,16 @@ def processes_find_the_edge_of_a_constraint():
         below[own.share] = [sum(error < share for error in errors) / len(errors) for share in (0.75, 0.9, 1.0)]
     assert below[None][1] < 0.2 and 0.02 < below[0.99][0] < 0.4 < below[0.99][1] < 0.8 < below[0.99][2], below
 
+    # Between two powers, of each part the design with most margin: all other factors near the middle. Below the least power none keeps the limit.
+    found = thompson.between(search, goals, summaries, 12, (least + 1.0, least + 4.0), 3)
+    shares = [[factor.share(is_[factor.name]) for factor in factors] for is_ in found]
+    assert len(found) == 3 and all(abs(10.0 + 10.0 * first - least - 1.5 - part) < 0.6 for part, (first, *_) in enumerate(shares)), shares
+    assert all(sum((share - 0.5) ** 2 for share in others) < 0.06 for _, *others in shares), shares
+    assert thompson.between(search, goals, summaries, 12, (least - 4.0, least - 1.0), 3) == []
+    upwards = replace(goals, objectives=(replace(goals.objectives[0], is_maximised=True),))
+    found = thompson.between(search, upwards, summaries, 12, (-least - 4.0, -least - 1.0), 3)
+    assert len(found) == 3 and all(one in (0, 1, 2) for one in [int(least + 4.0 - 10.0 - 10.0 * factors[0].share(is_["gain"])) for is_ in found]), found
+
     # A margin that no design can have is not asked for: the best design decides how far a limit is tightened.
     rows = [replace(one, excess=(excess, 0.0)) for one, excess in zip(summaries, (0.2, -0.05))]
     ((values, most),) = thompson.constraints_of(replace(goals, constraints=(replace(limit, share=0.99),)), rows)

@@ -281,7 +281,8 @@ def rounds_of(goals, designs, met, count):
     state = SimpleNamespace(search=SimpleNamespace(final=SimpleNamespace(designs=count)), goals=goals, designs=designs, final={})
     rounds = []
 
-    def evaluate(state, _, numbers):
+    def evaluate(state, _, numbers, new):
+        assert not new
         rounds.append(numbers)
         for number in numbers:
             power_mw = 31.0 if number == 9 else 11.0 + 0.2 * number
@@ -293,6 +294,7 @@ def rounds_of(goals, designs, met, count):
         patch.object(final, "evaluate", evaluate),
         patch.object(final, "judged", lambda state: list(state.final.values())),
         patch.object(final, "finalists", lambda *_: [0, 1, 9]),
+        patch.object(final, "proposed", lambda *_: []),
     ):
         assert final.evaluate_finalists(state, None)
     return rounds

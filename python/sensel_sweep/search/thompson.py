@@ -140,3 +140,32 @@ def sampled(search: SearchFile, goals: Goals, summaries: list[Summary], turn: in
         best = next(int(index) for index in numpy.lexsort((price, excess[:, at])) if index not in taken)
         taken.add(best)
         yield pool[best]
+
+
+def between(
+    search: SearchFile, goals: Goals, summaries: list[Summary], turn: int, limits: tuple[float, float], count: int
+) -> list[dict]:
+    """Unknown designs whose single objective, small being good, is expected between two values: of each of so many equal parts the design that is
+    expected to keep its limits by most, if it keeps them."""
+    generator = generator_of(search, turn, 4)
+    pool = candidates(search, goals, summaries, generator)
+    known = numpy.array([coordinates(search, one.design.is_) for one in summaries])
+    (have, values), *_ = objectives_of(goals, summaries)
+    if not pool or len(have) < 2:
+        return []
+    points = numpy.array([coordinates(search, is_) for is_ in pool])
+    with threadpool_limits(1):
+        expected = fitted(known[have], numpy.array(values), generator).predict(points)
+        excess = [fitted(known, row, generator).predict(points) for row, _ in constraints_of(goals, summaries)]
+    sign = goals.objectives[0].sign
+    if all(summaries[at].means[0] > 0.0 for at in have):
+        # A logarithm, with its sign; see `objectives_of`.
+        expected = sign * numpy.exp(sign * expected)
+    worst = numpy.max(excess, axis=0) if excess else numpy.zeros(len(pool))
+    ends = numpy.linspace(*limits, count + 1)
+    found = []
+    for low, high in itertools.pairwise(ends):
+        inside = numpy.flatnonzero((expected > low) & (expected < high) & (worst <= 0.0))
+        if len(inside):
+            found.append(pool[int(inside[numpy.argmin(worst[inside])])])
+    return found
