@@ -244,7 +244,7 @@ def facts_of(state: State, all_judged: list[Judged], number: int | None) -> dict
             for constraint, own in zip(goals.constraints, one.kept)
         }
         verdicts = {"is_admissible": one.is_admissible, "is_shown": one.is_shown}
-        final.append({"number": one.number, "means": means, "constraints": kept, **verdicts})
+        final.append({"number": one.number, "is": state.designs[one.number].is_, "means": means, "constraints": kept, **verdicts})
     return {
         "file": search.path.name,
         "sampler": search.sampler,
@@ -346,10 +346,11 @@ def front_section(state: State, all_judged: list[Judged], number: int | None) ->
     held = f"{len(state.search.final.seeds)} seeds" + (
         ", on the trajectories of the search: no others were given" if same else f" and {len(trajectories)} trajectories"
     )
-    rows = []
+    rows, of_search = [], {one.design.number: one.means for one in state.summaries()}
     for one in all_judged:
         kept = [f"{own.met} of {own.runs}: {own.verdict}" for own in one.kept]
-        search_means = [digits(mean) for mean in next(s.means for s in state.summaries() if s.design.number == one.number)]
+        # The final evaluation's own designs have none.
+        search_means = [digits(mean) for mean in of_search.get(one.number, [])] or ["none"]
         name = title_of(state, one.number) + (" (chosen)" if one.number == number else "")
         rows.append([name, *(mean_text(mean) for mean in one.means), *kept, ", ".join(search_means), design_text(state, one.number)])
     heads = ["design", *figures, *(one.text for one in goals.constraints), "means in the search", "values"]
