@@ -315,17 +315,23 @@ def a_final_evaluation_goes_on_until_a_design_is_shown():
     assert final.further(goals, designs, missed, 3) == [2, 5, 8] and final.further(goals, designs, missed, 1) == [2]
     # One that is dear and misses hides nothing that is cheaper.
     assert final.further(goals, designs, [*missed, judged(8, 12.6, of_400(390))], 3) == [2, 5, 7]
-    # Between the best one that is shown and the next better one; no more where these are as near as the resolution.
+    # Between the best one that is shown and the next better one that misses, 0.8 below, whatever is undecided between them.
     shown = [*missed, judged(2, 11.4, of_400(397)), judged(5, 12.0, of_400(400)), judged(8, 12.6, of_400(400))]
     assert final.further(goals, designs, shown, 3) == [3]
     near = [*shown, judged(3, 11.6, of_400(398))]
-    assert final.further(goals, designs, near, 3) == []
-    assert rounds_of(goals, designs, {2: 397, 5: 400, 8: 400, 3: 398}, 6) == [[0, 1, 9], [2, 5, 8], [3]]
+    assert final.further(goals, designs, near, 3) == [4]
+    # No more where these are as near as the resolution.
+    missing = [*near, judged(4, 11.8, of_400(390))]
+    assert final.further(goals, designs, missing, 3) == []
+    assert rounds_of(goals, designs, {2: 397, 5: 400, 8: 400, 3: 390}, 6) == [[0, 1, 9], [2, 5, 8], [3]]
     # One of the first is shown, and the next better one is far from it.
-    assert rounds_of(goals, designs, {9: 400, 2: 397, 5: 400, 8: 400, 3: 398}, 6) == [[0, 1, 9], [2, 5, 8], [3]]
+    assert rounds_of(goals, designs, {9: 400, 2: 397, 5: 400, 8: 400, 3: 390}, 6) == [[0, 1, 9], [2, 5, 8], [3]]
     assert rounds_of(goals, designs, {1: 400}, 6) == [[0, 1, 9]]
     exact = replace(goals, objectives=GOALS.objectives[:1])
     assert final.further(exact, designs, near, 3) == [4]
+    # Where none misses, from the best one up.
+    undecided = [judged(0, 11.0, of_400(396)), judged(7, 12.4, of_400(398)), judged(8, 12.6, of_400(400))]
+    assert final.further(goals, designs, undecided, 3) == [1, 3, 6]
     # Where good is large it goes the other way; several objectives and limits without a share have no such order.
     largest = replace(goals, objectives=(Objective("energy.power_mw", is_maximised=True, resolution=0.5),))
     assert final.further(largest, designs[:9], [judged(8, 12.6, of_400(390))], 9) == [7]

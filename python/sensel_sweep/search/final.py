@@ -66,18 +66,20 @@ def evaluate(state: State, engine: Engine, numbers: list[int], new: list[Design]
 
 
 def open_ranges(goals: Goals, prices: dict[int, float], all_judged: list[Judged]) -> list[tuple[float, float]]:
-    """Where better designs are wanted than the best one that is shown to keep every share, small prices being good: from a better one that was
-    evaluated up to that one; while none is shown, from each that was evaluated up, guesses left aside. None with several objectives, where no
-    constraint has a share, and where the next better one is within the resolution."""
+    """Where better designs are wanted than the best one that is shown to keep every share, small prices being good: up to that one from the next
+    better one beyond the resolution, unless one within it misses something; while none is shown, from each that was evaluated up. Guesses bound
+    nothing from below. None with several objectives, and where no constraint has a share."""
     if len(goals.objectives) > 1 or all(one.share is None for one in goals.constraints):
         return []
     most = min((prices[one.number] for one in all_judged if one.is_shown and one.is_admissible), default=math.inf)
-    better = [one for one in all_judged if one.number in prices and prices[one.number] < most]
-    bounds = sorted((prices[one.number] for one in better if one.summary.design.guess is None), reverse=True)
-    if most < math.inf:
-        # Only the next better one bounds it.
-        bounds = [bound for bound in bounds[:1] if most - bound > goals.objectives[0].resolution]
-    return [(bound, most) for bound in bounds]
+    searched = [one for one in all_judged if one.summary.design.guess is None and one.number in prices]
+    better = [(prices[one.number], one.is_admissible) for one in searched if prices[one.number] < most]
+    if most == math.inf:
+        return [(price, most) for price, _ in sorted(better, reverse=True)]
+    least = most - goals.objectives[0].resolution
+    if any(price >= least and not is_admissible for price, is_admissible in better):
+        return []
+    return [(max(price for price, _ in better if price < least), most)] if any(price < least for price, _ in better) else []
 
 
 def prices_of(goals: Goals, summaries: list[Summary], all_judged: list[Judged]) -> dict[int, float]:
