@@ -14,7 +14,7 @@ from .outcome import Judged, judged
 from .propose import designs_for_processes
 
 # Further rounds of the final evaluation at most.
-FURTHER_ROUNDS = 3
+FURTHER_ROUNDS = 5
 
 
 def search_all(state: State, engine: Engine) -> None:
