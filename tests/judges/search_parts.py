@@ -14,7 +14,7 @@ from unittest.mock import patch
 import numpy
 from optuna._hypervolume import compute_hypervolume
 from scipy import special
-from sensel_sweep.search import batch, beside, choice, failure, file, final, propose, rungs, space, sureness
+from sensel_sweep.search import batch, beside, choice, failure, file, final, propose, report, rungs, space, sureness
 from sensel_sweep.search.batch import Result, Run
 from sensel_sweep.search.designs import Design, Goals, excess_of, front, hypervolume, summaries_of, summary
 from sensel_sweep.search.file import Objective, constraint
@@ -276,25 +276,28 @@ def a_choice_is_shown_and_within_a_resolution_sure():
     assert all(word in verdict for word, verdict in zip(words, verdicts)), verdicts
 
 
-def rounds_of(goals, designs, met, count):
-    """Designs of each round of a final evaluation that starts with 0, 1 and the guess 9, where so many of 400 runs keep the limit, else 390."""
+def rounds_of(goals, designs, met, count, new=()):
+    """Designs of each round of a final evaluation that starts with 0, 1 and the guess 9, where so many of 400 runs keep the limit, else 390. The new
+    ones are proposed once no known one is left."""
     state = SimpleNamespace(search=SimpleNamespace(final=SimpleNamespace(designs=count)), goals=goals, designs=designs, final={})
-    rounds = []
+    rounds, left = [], list(new)
 
-    def evaluate(state, _, numbers, new):
-        assert not new
+    def evaluate(state, _, numbers, proposed):
+        assert numbers == [one.number for one in proposed] or not proposed
         rounds.append(numbers)
         for number in numbers:
             power_mw = 31.0 if number == 9 else 11.0 + 0.2 * number
             found = judged(number, power_mw, of_400(met.get(number, 390)))
-            state.final[number] = replace(found, summary=replace(found.summary, design=designs[number]))
+            own = designs[number] if number < len(designs) else found.summary.design
+            state.final[number] = replace(found, summary=replace(found.summary, design=own))
+        state.designs = [*state.designs, *proposed]
         return True
 
     with (
         patch.object(final, "evaluate", evaluate),
         patch.object(final, "judged", lambda state: list(state.final.values())),
         patch.object(final, "finalists", lambda *_: [0, 1, 9]),
-        patch.object(final, "proposed", lambda *_: []),
+        patch.object(final, "proposed", lambda *_: [left.pop(0)] if left else []),
     ):
         assert final.evaluate_finalists(state, None)
     return rounds
@@ -327,6 +330,11 @@ def a_final_evaluation_goes_on_until_a_design_is_shown():
     # One of the first is shown, and the next better one is far from it.
     assert rounds_of(goals, designs, {9: 400, 2: 397, 5: 400, 8: 400, 3: 390}, 6) == [[0, 1, 9], [2, 5, 8], [3]]
     assert rounds_of(goals, designs, {1: 400}, 6) == [[0, 1, 9]]
+    # Proposed ones have no runs of the search: their price is that of the held-out runs.
+    new = [replace(design(number, []), is_={"bits": number}) for number in (10, 11)]
+    assert rounds_of(goals, designs, {2: 397, 5: 400, 8: 400, 3: 398, 4: 398}, 6, new) == [[0, 1, 9], [2, 5, 8], [3], [4], [10], [11]]
+    said = SimpleNamespace(search=SEARCH, goals=goals, designs=[*designs, *new], summaries=lambda: summaries_of(goals, designs))
+    assert "<td>none</td>" in report.front_section(said, [judged(2, 11.4, of_400(397)), judged(10, 13.0, of_400(390))], 2).replace(' class="n"', "")
     exact = replace(goals, objectives=GOALS.objectives[:1])
     assert final.further(exact, designs, near, 3) == [4]
     # Where none misses, from the best one up.

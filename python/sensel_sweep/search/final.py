@@ -79,7 +79,8 @@ def open_ranges(goals: Goals, prices: dict[int, float], all_judged: list[Judged]
     least = most - goals.objectives[0].resolution
     if any(price >= least and not is_admissible for price, is_admissible in better):
         return []
-    return [(max(price for price, _ in better if price < least), most)] if any(price < least for price, _ in better) else []
+    low = max((price for price, _ in better if price < least), default=None)
+    return [] if low is None else [(low, most)]
 
 
 def prices_of(goals: Goals, summaries: list[Summary], all_judged: list[Judged]) -> dict[int, float]:
