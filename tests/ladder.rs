@@ -8,6 +8,7 @@ use crate::common;
 
 use std::sync::LazyLock;
 
+use common::assets::{KeptBakes, WithVerilog};
 use common::{Scratch, sensel, sensel_alone};
 use sensel::config::Resolved;
 use sensel::ladder::{
@@ -37,7 +38,7 @@ const WALK: &str = r#"
 
 /// The room, lit once for all tests.
 static ROOM: LazyLock<Setup> =
-    LazyLock::new(|| Setup::new(Resolved::from_layers("test", WALK, &[]).unwrap(), &NoFiles, &NoProgress).unwrap());
+    LazyLock::new(|| Setup::new(Resolved::from_layers("test", WALK, &[]).unwrap(), &KeptBakes, &NoProgress).unwrap());
 
 fn setup(more: &[&str]) -> Setup {
     let more: Vec<String> = more.iter().map(|&assignment| assignment.to_owned()).collect();
@@ -84,22 +85,6 @@ fn two_ladders_agree_on_every_error_and_every_rung_and_knob_has_its_row() {
         let missing = [row.photon_noise_ratio, row.rms_dn, row.ate_m].contains(&None);
         assert!(!missing || row.note.is_some(), "{} {} lacks a figure and does not say why", row.knob, row.value);
         assert!(row.feature_f1.is_none_or(|f1| (0.0..=1.0).contains(&f1)));
-    }
-}
-
-/// A Verilator's programs, where `cargo test` of the twins keeps them.
-#[cfg(feature = "outside")]
-struct WithVerilog;
-
-#[cfg(feature = "outside")]
-impl sensel::run::Assets for WithVerilog {
-    fn read(&self, name: &str) -> Result<Vec<u8>, sensel::error::Error> {
-        NoFiles.read(name)
-    }
-
-    fn rtl_simulator(&self) -> Result<std::sync::Arc<dyn sensel::rtl_simulator::RtlSimulator>, sensel::error::Error> {
-        let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("../rtl/verilated");
-        Ok(std::sync::Arc::new(sensel::files::verilated::Verilated::new(folder)?))
     }
 }
 

@@ -5,38 +5,20 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::chance;
+use crate::common::assets::WithVerilog;
 
 use std::collections::BTreeMap;
-use std::path::Path;
-use std::sync::Arc;
 
 use chance::Chance;
 use sensel::adc::{AdcParams, Cds, Converter, Counter, Counting, Ramp, Sample};
 use sensel::config::Resolved;
 use sensel::draw::{DrawKey, EffectNumber};
-use sensel::error::Error;
 use sensel::fidelity::Rung;
-use sensel::files::verilated::Verilated;
 use sensel::num::{f32_nearest, index};
-use sensel::rtl_simulator::RtlSimulator;
-use sensel::run::{Assets, NoClock, NoFiles, NoProgress, Session, Setup};
+use sensel::run::{Assets, NoClock, NoProgress, Session, Setup};
 
 const SEED: u64 = 20_261_121;
 const CONFIGS: u64 = 400;
-
-/// No files, but a Verilator.
-struct WithVerilog;
-
-impl Assets for WithVerilog {
-    fn read(&self, name: &str) -> Result<Vec<u8>, Error> {
-        NoFiles.read(name)
-    }
-
-    fn rtl_simulator(&self) -> Result<Arc<dyn RtlSimulator>, Error> {
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("../rtl/verilated");
-        Ok(Arc::new(Verilated::new(folder)?))
-    }
-}
 
 fn paper_adc() -> AdcParams {
     Resolved::from_layers("twins", "", &["scene.generator=box".to_owned()]).unwrap().scenario.adc().unwrap()

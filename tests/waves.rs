@@ -6,11 +6,12 @@ use crate::common;
 #[path = "waves/readers.rs"]
 mod readers;
 
+use crate::common::assets::KeptBakes;
 use common::{Scratch, sensel};
 use sensel::config::Resolved;
 use sensel::files::waves::{fst_bytes, vcd_bytes};
 use sensel::link;
-use sensel::run::{NoClock, NoFiles, NoProgress, SensorSetup, Session, Setup};
+use sensel::run::{NoClock, NoProgress, SensorSetup, Session, Setup};
 use sensel::units::{CameraIndex, FrameIndex, RowIndex};
 use sensel::waves::{Asked, SignalKind, Value, WavePlan, WaveRow, Waves};
 
@@ -81,12 +82,12 @@ fn check_run(case: &[&str]) {
     let listed = columns.map(|column| column.to_string()).join(",");
     let asked = Asked { rows: Some("0,5,6"), columns: Some(&listed), frame: Some(1) };
     let plan = WavePlan::new(&sensor, asked, 2).unwrap();
-    let mut session = Session::new(Setup::new(resolved, &NoFiles, &NoProgress).unwrap()).unwrap();
+    let mut session = Session::new(Setup::new(resolved, &KeptBakes, &NoProgress).unwrap()).unwrap();
     session.probe_rows(FrameIndex(1), &plan.selection().rows);
     session.step(&NoClock).unwrap();
     assert!(session.probed_rows().is_empty(), "the other frame is kept");
     let frame = session.step(&NoClock).unwrap();
-    let mut unprobed = Session::new(Setup::new(again, &NoFiles, &NoProgress).unwrap()).unwrap();
+    let mut unprobed = Session::new(Setup::new(again, &KeptBakes, &NoProgress).unwrap()).unwrap();
     unprobed.step(&NoClock).unwrap();
     unprobed.step(&NoClock).unwrap();
     assert_eq!(session.hashes(), unprobed.hashes(), "watching changed the run");

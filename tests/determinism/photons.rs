@@ -2,9 +2,10 @@
 
 use std::collections::BTreeSet;
 
+use crate::common::assets::KeptBakes;
 use sensel::config::Resolved;
 use sensel::run::probe::PictureId;
-use sensel::run::{NoFiles, NoProgress, Setup};
+use sensel::run::{NoProgress, Setup};
 use sensel::units::FrameIndex;
 
 const TEXT: &str = "[scene]\ntarget = \"checkerboard\"\ntarget_square_m = 0.1\nilluminance_lux = 2000.0\n\
@@ -68,7 +69,7 @@ fn setup(assignments: &[&str]) -> Setup {
     let assignments: Vec<String> = assignments.iter().map(|&assignment| assignment.to_owned()).collect();
     let resolved =
         Resolved::from_layers("photons.toml", TEXT, &assignments).unwrap_or_else(|e| panic!("{assignments:?}: {e}"));
-    Setup::new(resolved, &NoFiles, &NoProgress).unwrap_or_else(|e| panic!("{assignments:?}: {e}"))
+    Setup::new(resolved, &KeptBakes, &NoProgress).unwrap_or_else(|e| panic!("{assignments:?}: {e}"))
 }
 
 const FRAMES: [u32; 2] = [0, 3];
@@ -142,7 +143,7 @@ const LIMITS: [&str; 2] = ["scene.bake_rays_max=2e12", "scene.bake_memory_mb_max
 fn what_a_bake_may_cost_changes_no_key_of_the_photon_store() {
     let in_room = |assignments: &[String]| {
         let resolved = Resolved::from_layers("room.toml", ROOM, assignments).unwrap();
-        let setup = Setup::new(resolved, &NoFiles, &NoProgress).unwrap();
+        let setup = Setup::new(resolved, &KeptBakes, &NoProgress).unwrap();
         setup.photon_keys(PictureId { frame: FrameIndex(0), camera: 0 })
     };
     let room = in_room(&[]);

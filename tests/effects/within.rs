@@ -1,5 +1,6 @@
 //! Inside a frame: what cannot show is not drawn, what does not differ is not done twice, and no bit changes.
 
+use crate::common::assets::KeptBakes;
 use sensel::config::Resolved;
 use sensel::draw::{DrawKey, fill_uniforms};
 use sensel::effects::chain::{BlackRows, Capture, Chain, RowTimes};
@@ -8,7 +9,7 @@ use sensel::num::{f32_nearest, f64_from_usize};
 use sensel::optics::{Camera, Exposure, ImagePath, Mosaic, Psf, Sampling, expose_by, render};
 use sensel::pixel::DefectKind;
 use sensel::plane::Plane;
-use sensel::run::{NoClock, NoFiles, NoProgress, SensorSetup, Session, Setup};
+use sensel::run::{NoClock, NoProgress, SensorSetup, Session, Setup};
 use sensel::scene::Illuminant;
 use sensel::units::{CameraIndex, FrameIndex, RowIndex, Size, Span};
 
@@ -165,7 +166,7 @@ fn camera(set: &[&str]) -> (Setup, Camera) {
     assignments.extend(set);
     let assignments: Vec<String> = assignments.into_iter().map(str::to_owned).collect();
     let resolved = Resolved::from_layers("test", "", &assignments).unwrap();
-    let setup = Setup::new(resolved, &NoFiles, &NoProgress).unwrap();
+    let setup = Setup::new(resolved, &KeptBakes, &NoProgress).unwrap();
     let camera = setup.windows[0].clone();
     (setup, camera)
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::common::assets::KeptBakes;
 use glam::{DQuat, DVec3};
 use sensel::config::Resolved;
 use sensel::draw::DrawKey;
@@ -12,7 +13,7 @@ use sensel::optics::{Camera, Sampling, render, resample};
 use sensel::picture::{Channel, to_exr};
 use sensel::plane::Plane;
 use sensel::pose::Pose;
-use sensel::run::{Assets, NoClock, NoFiles, NoProgress, Session, Setup};
+use sensel::run::{Assets, NoClock, NoProgress, Session, Setup};
 use sensel::scene::images::{Blend, PictureBytes, pinhole};
 use sensel::scene::{BakeSettings, Illuminant, LitScene, box_room};
 use sensel::units::{FrameIndex, Span};
@@ -195,7 +196,7 @@ offset_m = [0.0, 1.5, 0.3]
 fn stereo_pictures() -> (Files, f64) {
     let text = format!("[scene]\ngenerator = \"box\"\nilluminance_lux = 1000.0\n{SENSOR}");
     let resolved = Resolved::from_layers("box", &text, &[]).unwrap();
-    let setup = Setup::new(resolved, &NoFiles, &NoProgress).unwrap();
+    let setup = Setup::new(resolved, &KeptBakes, &NoProgress).unwrap();
     let source = size(480, 360);
     let times_s: Vec<f64> = (0..FRAMES).map(|frame| setup.sensor.schedule.t_frame(FrameIndex(frame))).collect();
     let list: String = times_s.iter().map(|t_s| format!("{t_s:.9}\n")).collect();

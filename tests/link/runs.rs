@@ -1,15 +1,14 @@
 //! Whole runs over links that send rows now and then, flip bits, or are slower than the readout.
 
-use std::collections::BTreeMap;
-use std::sync::Mutex;
-
 use sensel::config::Resolved;
 use sensel::error::Error;
 use sensel::link::{Mode, PlannedPacket, decode};
 use sensel::num::f64_from_u64;
 use sensel::report::Report;
 use sensel::report::html::{FramePictures, html};
-use sensel::run::{Assets, NoClock, NoFiles, NoProgress, SensorSetup, Session, Setup};
+use sensel::run::{NoClock, NoProgress, SensorSetup, Session, Setup};
+
+use crate::common::assets::KeptBakes;
 
 const BOX: &str = include_str!("../../scenes/box/scene.toml");
 /// A ninth of VGA: small, with some sixty corners.
@@ -20,30 +19,9 @@ fn resolved(set: &[&str]) -> Resolved {
     Resolved::from_layers("box", BOX, &set).unwrap()
 }
 
-/// Baked light of all runs here: the room is lit once.
-static BAKED: Mutex<BTreeMap<String, Vec<u8>>> = Mutex::new(BTreeMap::new());
-static BAKING: Mutex<()> = Mutex::new(());
-
-struct Memory;
-
-impl Assets for Memory {
-    fn read(&self, name: &str) -> Result<Vec<u8>, Error> {
-        NoFiles.read(name)
-    }
-
-    fn load(&self, key: &str) -> Option<Vec<u8>> {
-        BAKED.lock().unwrap().get(key).cloned()
-    }
-
-    fn store(&self, key: &str, bytes: &[u8]) {
-        BAKED.lock().unwrap().insert(key.to_owned(), bytes.to_vec());
-    }
-}
-
 /// A run of the small box before its first frame.
 pub fn session(set: &[&str]) -> Result<Session, Error> {
-    let _one_at_a_time = BAKING.lock().unwrap();
-    Session::new(Setup::new(resolved(set), &Memory, &NoProgress)?)
+    Session::new(Setup::new(resolved(set), &KeptBakes, &NoProgress)?)
 }
 
 /// Report, and all packets of both cameras as they arrived.

@@ -1,6 +1,7 @@
 //! The plan's promise on pictures of moving scenes: random (scene, sensor, motion), the same draws with all effects and with those of the
 //! plan, before quantisation, by region of the picture.
 
+use crate::common::assets::KeptBakes;
 use sensel::config::Resolved;
 use sensel::draw::DrawKey;
 use sensel::effect::{Effect, Omission};
@@ -12,7 +13,7 @@ use sensel::num::{f64_from_usize, index};
 use sensel::optics::Sampling;
 use sensel::pixel;
 use sensel::plane::Plane;
-use sensel::run::{NoFiles, NoProgress, Setup};
+use sensel::run::{NoProgress, Setup};
 use sensel::units::{CameraIndex, FrameIndex, RowIndex, Span};
 
 use super::{CONFIGS, Chance, SHARED_BY_COLUMNS, SHARED_BY_ROWS, case, difference_uv};
@@ -57,7 +58,7 @@ fn seen() -> Vec<Seen> {
             .extend(["sensor.width=96", "sensor.height=64", "run.frames=4", "rig.baseline_mm=0.0"].map(str::to_owned));
         let words = assignments.join(" ");
         let resolved = Resolved::from_layers("test", "", &assignments).unwrap();
-        let setup = Setup::new(resolved, &NoFiles, &NoProgress).unwrap();
+        let setup = Setup::new(resolved, &KeptBakes, &NoProgress).unwrap();
         let pose = |t_s: f64| setup.motion.world_from_body(t_s).unwrap();
         let spans: Vec<Span> =
             (0..64).map(|row| setup.sensor.schedule.exposure(FrameIndex(2), RowIndex(row))).collect();
