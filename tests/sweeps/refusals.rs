@@ -87,6 +87,7 @@ fn failing_cells_end_with_3_and_the_others_are_kept() {
     let said = test.sweep("run", "out", &["--json"]);
     assert_eq!(said.code, 3, "{}", said.stderr);
     assert!(said.stderr.contains("4 of 8 cells failed") && said.stderr.contains("sensor.adc.bits"), "{}", said.stderr);
+    assert_eq!(said.stderr.matches("a cell failed (").count(), 1, "all four for one reason: {}", said.stderr);
     let csv = String::from_utf8(test.gathered("out")[1].clone()).unwrap();
     assert_eq!((csv.matches(",failed,").count(), csv.matches(",done,").count()), (4, 4));
 }

@@ -37,6 +37,8 @@ struct Running<'a> {
     interrupted: &'a AtomicBool,
     threads: usize,
     failed: AtomicUsize,
+    /// Why cells failed: each reason is said once.
+    reasons: Mutex<BTreeSet<String>>,
     done: AtomicUsize,
     /// What the cells that ran now cost.
     cost: Mutex<CellCost>,
@@ -63,6 +65,7 @@ pub fn main(own: &SweepRunArguments, loaded: &Loaded, shared: &CommonOptions) ->
         interrupted: &interrupted,
         threads,
         failed: AtomicUsize::new(0),
+        reasons: Mutex::default(),
         done: AtomicUsize::new(0),
         cost: Mutex::new(CellCost::default()),
         ended: Mutex::new(None),
@@ -250,7 +253,9 @@ impl Running<'_> {
         };
         if let Some(error) = &record.error {
             let cell = cell.described(&self.loaded.cells.factors);
-            words::note(&format!("a cell failed ({cell}): {error}"));
+            if self.reasons.lock().expect("no thread panics while it holds a reason").insert(error.clone()) {
+                words::note(&format!("a cell failed ({cell}): {error}"));
+            }
             self.failed.fetch_add(1, Ordering::Relaxed);
         }
         self.folder.write(&record)?;
