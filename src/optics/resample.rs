@@ -30,8 +30,9 @@ use crate::units::{Size, Span};
 fn lens_of(camera: &PictureCamera, size: Size) -> Lens {
     let [k1, k2, p1, p2] = camera.distortion;
     let mut lens = Lens::pinhole(size, 1.0);
-    let at = &mut lens.intrinsics;
-    (at.fx_px, at.fy_px, at.cx_px, at.cy_px) = (camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px);
+    let intrinsics = &mut lens.intrinsics;
+    (intrinsics.fx_px, intrinsics.fy_px, intrinsics.cx_px, intrinsics.cy_px) =
+        (camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px);
     lens.mapping = Mapping::Radtan(Radtan { k1, k2, p1, p2, k3: 0.0 });
     lens
 }
@@ -226,12 +227,12 @@ pub fn depth(stream: &ImageStream, camera: &Camera, t_s: f64) -> Result<Option<P
     for row in 0..plane.height_px() {
         for (x_px, quad) in view.quads(row).into_iter().enumerate() {
             let Some((quad, _)) = quad else { continue };
-            let at = 0.25 * (quad[0] + quad[1] + quad[2] + quad[3]);
-            let inside = at.cmpge(DVec2::ZERO).all()
-                && at.x < f64::from(view.size.width_px)
-                && at.y < f64::from(view.size.height_px);
+            let centre_px = 0.25 * (quad[0] + quad[1] + quad[2] + quad[3]);
+            let inside = centre_px.cmpge(DVec2::ZERO).all()
+                && centre_px.x < f64::from(view.size.width_px)
+                && centre_px.y < f64::from(view.size.height_px);
             if inside {
-                let pixel = [at.x, at.y].map(|position_px| index(crate::num::u32_truncated(position_px)));
+                let pixel = [centre_px.x, centre_px.y].map(|position_px| index(crate::num::u32_truncated(position_px)));
                 plane.row_mut(row)[x_px] = source.at(pixel[0], pixel[1]);
             }
         }

@@ -282,33 +282,33 @@ fn whole(value: f32) -> f32 {
 /// A row of taps along one axis of a level with its rim: the first texel of each pair and the weight of the second, 0 to 1.
 #[inline(always)]
 fn first_texels_of(first: f32, step: f32, size: f32, wrap: Wrap) -> ([u32; TAPS], [f32; TAPS]) {
-    let mut at = [0.0; TAPS];
+    let mut coordinates = [0.0; TAPS];
     for tap in 0..TAPS {
-        at[tap] = first + step * TAP_NUMBERS[tap];
+        coordinates[tap] = first + step * TAP_NUMBERS[tap];
     }
     match wrap {
         Wrap::Repeat => {
             for tap in 0..TAPS {
-                at[tap] -= whole(at[tap] - 0.5);
+                coordinates[tap] -= whole(coordinates[tap] - 0.5);
             }
         }
         Wrap::Mirror => {
             for tap in 0..TAPS {
-                let period = at[tap] - 2.0 * whole(at[tap] * 0.5 - 0.5);
-                at[tap] = if period > 1.0 { 2.0 - period } else { period };
+                let period = coordinates[tap] - 2.0 * whole(coordinates[tap] * 0.5 - 0.5);
+                coordinates[tap] = if period > 1.0 { 2.0 - period } else { period };
             }
         }
         Wrap::Clamp => {}
     }
     let (mut first_texels, mut shares) = ([0; TAPS], [0.0; TAPS]);
     for tap in 0..TAPS {
-        let at = if at[tap] > 0.0 { at[tap] } else { 0.0 };
-        let at = if at < 1.0 { at } else { 1.0 };
+        let coordinate = if coordinates[tap] > 0.0 { coordinates[tap] } else { 0.0 };
+        let coordinate = if coordinate < 1.0 { coordinate } else { 1.0 };
         // Half a texel back to the first one's middle, and one on over the rim.
-        let at_texels = at * size + 0.5;
-        let base = (at_texels - 0.5) + TO_WHOLE;
+        let texels = coordinate * size + 0.5;
+        let base = (texels - 0.5) + TO_WHOLE;
         first_texels[tap] = base.to_bits().wrapping_sub(TO_WHOLE.to_bits());
-        shares[tap] = at_texels - (base - TO_WHOLE);
+        shares[tap] = texels - (base - TO_WHOLE);
     }
     (first_texels, shares)
 }

@@ -188,8 +188,8 @@ fn inside(extent: &SceneBox) -> Vec<Pose> {
     for x in 0..INSIDE[0] {
         for y in 0..INSIDE[1] {
             for z in 0..INSIDE[2] {
-                let at = DVec3::new(middle(x, INSIDE[0]), middle(y, INSIDE[1]), middle(z, INSIDE[2]));
-                let position_m = extent.least_m + at * extent.size_m();
+                let share = DVec3::new(middle(x, INSIDE[0]), middle(y, INSIDE[1]), middle(z, INSIDE[2]));
+                let position_m = extent.least_m + share * extent.size_m();
                 poses.extend((0..TURNS).map(|turn| Pose::new(looking(turn_rad(turn), 0.0), position_m)));
             }
         }

@@ -24,12 +24,14 @@ pub struct Radtan {
 impl Radtan {
     /// Where a point lands in the plane, with its derivative.
     pub(super) fn project(&self, point: DVec3, [sx, sy]: [f64; 2]) -> Option<Projected> {
-        let at = self.in_domain(point)?;
-        let (distorted, [xx, xy, yy]) = self.distort(at);
+        let ideal = self.in_domain(point)?;
+        let (distorted, [xx, xy, yy]) = self.distort(ideal);
         let per_m = 1.0 / point.z;
         let (fx, fy) = (sx * per_m, sy * per_m);
-        let jacobian =
-            [[fx * xx, fx * xy, -fx * (xx * at.x + xy * at.y)], [fy * xy, fy * yy, -fy * (xy * at.x + yy * at.y)]];
+        let jacobian = [
+            [fx * xx, fx * xy, -fx * (xx * ideal.x + xy * ideal.y)],
+            [fy * xy, fy * yy, -fy * (xy * ideal.x + yy * ideal.y)],
+        ];
         Some((distorted, jacobian))
     }
 
@@ -57,8 +59,8 @@ impl Radtan {
         if point.z.is_nan() || point.z <= 0.0 {
             return None;
         }
-        let at = DVec2::new(point.x / point.z, point.y / point.z);
-        self.is_one_to_one_within(at.length_squared()).then_some(at)
+        let ideal = DVec2::new(point.x / point.z, point.y / point.z);
+        self.is_one_to_one_within(ideal.length_squared()).then_some(ideal)
     }
 
     /// Upper bound of the tangential terms' pull on the smallest stretch of the mapping, divided by six times the radius.

@@ -68,8 +68,8 @@ impl Bake {
         }
         let key: [u8; 32] = content[12..44].try_into().expect("32 bytes were taken");
         let count = |number: usize| {
-            let at = 44 + 8 * number;
-            let count = u64::from_le_bytes(content[at..at + 8].try_into().expect("eight bytes were taken"));
+            let start = 44 + 8 * number;
+            let count = u64::from_le_bytes(content[start..start + 8].try_into().expect("eight bytes were taken"));
             usize::try_from(count).unwrap_or(usize::MAX)
         };
         let counts: [usize; COUNTS] = std::array::from_fn(count);

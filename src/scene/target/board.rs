@@ -185,8 +185,8 @@ pub fn point_sources(request: &TargetRequest) -> Result<Scene, Error> {
     let middle = 0.5 * (f64_from_usize(count) - 1.0);
     for row in 0..count {
         for column in 0..count {
-            let at = [column, row].map(|number| step_m * (f64_from_usize(number) - middle));
-            board.disc(glow, at, radius_m);
+            let centre_m = [column, row].map(|number| step_m * (f64_from_usize(number) - middle));
+            board.disc(glow, centre_m, radius_m);
         }
     }
     board.scene("point_sources")
