@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from .designs import Design, Goals, Summary, best_first, front, layers, summaries_of
+from .designs import Design, Goals, Summary, best_first, dominates, front, layers, objective_vector, summaries_of
 from .file import SearchFile
 
 # A design may still keep a share of runs, or still be the best, if it falls short by no more than so many standard errors.
@@ -103,8 +103,8 @@ def choices_of(search: SearchFile, design: Design) -> list:
 def finalists(search: SearchFile, goals: Goals, designs: list[Design], count: int) -> list[int]:
     """Designs to evaluate anew: the best one at the stated prices, with others on both sides of the limits; those at prices that favour each
     objective; others along the front; the next behind it, first those with other values of the factors that are no ranges, since what few runs
-    misjudge they misjudge in neighbours alike; where none keeps all constraints, those that miss them least; and every guess. Of designs that
-    share an outcome the best one goes first."""
+    misjudge they misjudge in neighbours alike; then those that miss constraints least and would be better than what keeps them; and every guess.
+    Of designs that share an outcome the best one goes first."""
     all_summaries = summaries_of(goals, designs)
     summaries = distinct(goals, all_summaries)
     on_front = front(goals, summaries)
@@ -131,5 +131,9 @@ def finalists(search: SearchFile, goals: Goals, designs: list[Design], count: in
             add(one.design.number)
     for one in [*ordered, *best_first(goals, [one for one in all_summaries if one.runs and one.is_feasible])]:
         add(one.design.number)
+    kept = [objective_vector(goals, one.means) for one in on_front]
+    for one in best_first(goals, [one for one in summaries if one.runs and not one.is_feasible and None not in one.means]):
+        if not any(dominates(other, objective_vector(goals, one.means)) for other in kept):
+            add(one.design.number)
     guesses = [one.design.number for one in all_summaries if one.design.guess and one.runs]
     return sorted({*chosen, *guesses})
