@@ -7,13 +7,12 @@ use crate::common;
 #[path = "energy/technology.rs"]
 mod technology;
 
-use crate::common::assets::KeptBakes;
 use common::{Scratch, sensel};
 use sensel::config::Resolved;
 use sensel::energy::{Amount, Architecture, Constant, EnergyAccount, Rail, Technology};
 use sensel::events::{Block, Event};
 use sensel::num::{f64_from_u64, f64_from_u128};
-use sensel::run::{ESTIMATED_LEVEL, NoClock, NoProgress, SensorSetup, Session, Setup};
+use sensel::run::{ESTIMATED_LEVEL, NoClock, NoFiles, NoProgress, SensorSetup, Session, Setup};
 
 const BASE: &str = "[scene]\ntarget = \"flat\"\n[rig]\nbaseline_mm = 0.0\n[link]\nmode = \"frames\"\n";
 
@@ -249,7 +248,7 @@ fn the_estimate_stands_where_a_run_on_a_flat_picture_does() {
     ];
     let resolved = resolved(&set);
     let sensor = SensorSetup::new(&resolved).unwrap();
-    let mut session = Session::new(Setup::new(resolved, &KeptBakes, &NoProgress).unwrap()).unwrap();
+    let mut session = Session::new(Setup::new(resolved, &NoFiles, &NoProgress).unwrap()).unwrap();
     let frames: Vec<_> = (0..2).map(|_| session.step(&NoClock).unwrap()).collect();
     let codes = frames[0].cameras[0].codes.values();
     let mean = codes.iter().map(|&code| f64::from(code)).sum::<f64>() / 12_288.0;

@@ -8,7 +8,9 @@ use crate::common;
 
 use std::sync::LazyLock;
 
-use common::assets::{KeptBakes, WithVerilog};
+use common::assets::KeptBakes;
+#[cfg(feature = "outside")]
+use common::assets::WithVerilog;
 use common::{Scratch, sensel, sensel_alone};
 use sensel::config::Resolved;
 use sensel::ladder::{

@@ -4,13 +4,12 @@
 
 use crate::common;
 
-use crate::common::assets::KeptBakes;
 use common::{Scratch, sensel};
 use glam::{DQuat, DVec3};
 use sensel::config::Resolved;
 use sensel::files::euroc::EurocReader;
 use sensel::pose::parse_tum;
-use sensel::run::{NoProgress, SensorSetup, Setup};
+use sensel::run::{NoFiles, NoProgress, SensorSetup, Setup};
 use sensel::scene::motion::imu::{ADIS16448, GRAVITY_M_PER_S2};
 use sensel::scene::motion::so3;
 use sensel::units::{FrameIndex, RowIndex};
@@ -198,7 +197,7 @@ fn every_kind_of_motion_runs_and_its_effective_configuration_says_the_same() {
 fn metres_that_a_motion_states_are_not_scaled() {
     let away_m = |motion: &str, t_s: f64| {
         let scaled = resolved(&format!("[rig]\nbaseline_mm = 0.0\n[motion]\nscale = 0.25\n{motion}")).unwrap();
-        let setup = Setup::new(scaled, &KeptBakes, &NoProgress).unwrap();
+        let setup = Setup::new(scaled, &NoFiles, &NoProgress).unwrap();
         let position_m = |t_s: f64| setup.motion.world_from_body(t_s).unwrap().translation_m;
         (position_m(t_s) - position_m(0.0)).length()
     };

@@ -15,7 +15,9 @@ use sensel::config::Resolved;
 use sensel::draw::{DrawKey, EffectNumber};
 use sensel::fidelity::Rung;
 use sensel::num::{f32_nearest, index};
-use sensel::run::{Assets, NoClock, NoProgress, Session, Setup};
+#[cfg(feature = "outside")]
+use sensel::run::Assets;
+use sensel::run::{NoClock, NoProgress, Session, Setup};
 
 const SEED: u64 = 20_261_121;
 const CONFIGS: u64 = 400;

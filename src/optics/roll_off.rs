@@ -133,10 +133,10 @@ impl Shading {
 /// Stretch of a cosine, and how far into it.
 #[inline(always)]
 fn stretch_of(cos: f32) -> (usize, f32) {
-    let stretches = (cos + 1.0) * 2048.0;
-    let stretches = if stretches > 0.0 { stretches } else { 0.0 };
-    let from = index(u32_truncated_f32(stretches)).min(STRETCHES - 1);
-    let beyond = stretches - crate::num::f32_from_u32(crate::num::u32_from(from));
+    let position = (cos + 1.0) * 2048.0;
+    let position = if position > 0.0 { position } else { 0.0 };
+    let from = index(u32_truncated_f32(position)).min(STRETCHES - 1);
+    let beyond = position - crate::num::f32_from_u32(crate::num::u32_from(from));
     (from, if beyond < 1.0 { beyond } else { 1.0 })
 }
 

@@ -113,11 +113,11 @@ impl Geometry {
         let inside = array_row.0.checked_sub(self.window.y_px).filter(|inside| *inside < self.window.height_px)?;
         let (period, group) = (self.mosaic_px, self.binning * self.mosaic_px);
         let (block, within) = (inside / group, inside % group);
-        let member = within / period;
-        if self.mode == BinningMode::Skip && member > 0 {
+        let member_index = within / period;
+        if self.mode == BinningMode::Skip && member_index > 0 {
             return None;
         }
-        Some((RowIndex(block * period + within % period), member))
+        Some((RowIndex(block * period + within % period), member_index))
     }
 
     /// The line, counted from the first of its exposure, in which an array row is read; none where it is not read.

@@ -305,10 +305,10 @@ fn first_texels_of(first: f32, step: f32, size: f32, wrap: Wrap) -> ([u32; TAPS]
         let coordinate = if coordinates[tap] > 0.0 { coordinates[tap] } else { 0.0 };
         let coordinate = if coordinate < 1.0 { coordinate } else { 1.0 };
         // Half a texel back to the first one's middle, and one on over the rim.
-        let texels = coordinate * size + 0.5;
-        let base = (texels - 0.5) + TO_WHOLE;
+        let position_texels = coordinate * size + 0.5;
+        let base = (position_texels - 0.5) + TO_WHOLE;
         first_texels[tap] = base.to_bits().wrapping_sub(TO_WHOLE.to_bits());
-        shares[tap] = texels - (base - TO_WHOLE);
+        shares[tap] = position_texels - (base - TO_WHOLE);
     }
     (first_texels, shares)
 }

@@ -11,7 +11,8 @@ use sensel::run::{Assets, NoFiles};
 
 static BAKES: Mutex<BTreeMap<String, Arc<[u8]>>> = Mutex::new(BTreeMap::new());
 
-/// No files, and a store of baked light in memory that all tests share: a room is baked once, not once a test.
+/// No files, and a store of baked light in memory that all tests share: a room is not baked for each test (two that start at once may both
+/// bake it).
 pub struct KeptBakes;
 
 impl Assets for KeptBakes {

@@ -384,10 +384,13 @@ def finalists_reach_beyond_the_limit():
     found = {mean_mm: choice.finalists(SEARCH, goals, at(mean_mm), 4) for mean_mm in (9.5, 9.56, 9.65)}
     assert [summaries_of(goals, at(mean_mm))[3].is_feasible for mean_mm in found] == [True, False, False]
     assert found == {9.5: [0, 1, 3, 5], 9.56: [0, 1, 3, 5], 9.65: [0, 1, 2, 5]}, found
-    # Room that is left goes to designs that miss by least, unless a kept one is better (design 6).
-    few = [*at(9.65)[:5], design(6, runs(11.5, 9.7))]
-    found = [choice.finalists(SEARCH, goals, few, count) for count in (4, 6)]
-    assert found == [[0, 1, 2, 3], [0, 1, 2, 3, 4]], found
+    # Free places go to designs within three standard errors, unless a kept one is better (design 6); not to a guess, which runs anyway (7).
+    few = [*at(9.65)[:5], design(6, runs(11.5, 9.6)), replace(design(7, runs(10.5, 9.6)), guess="expert")]
+    found = [choice.finalists(SEARCH, goals, few, count) for count in (3, 4, 6)]
+    assert found == [[0, 1, 2, 7], [0, 1, 2, 3, 7], [0, 1, 2, 3, 7]], found
+    # Nor to one that misses anything but a share.
+    few[3].results[Run(3, None, 1)] = replace(few[3].results[Run(3, None, 1)], has_failed=True)
+    assert choice.finalists(SEARCH, goals, few, 4) == [0, 1, 2, 7]
 
 
 def designs_of_one_outcome_are_evaluated_once():

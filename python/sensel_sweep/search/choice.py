@@ -9,6 +9,8 @@ from .file import SearchFile
 
 # A design may still keep a share of runs, or still be the best, if it falls short by no more than so many standard errors.
 STANDARD_ERRORS = 1.0
+# Nor are free places of the final evaluation for designs that fall short by more than so many.
+STANDARD_ERRORS_MOST = 3.0
 
 
 def price(goals: Goals, means: tuple[float | None, ...], weights: list[float], all_means: list[tuple]) -> float:
@@ -66,11 +68,18 @@ def outcome(goals: Goals, design: Design) -> tuple:
 
 
 def distinct(goals: Goals, summaries: list[Summary]) -> list[Summary]:
-    """The best of those that share an outcome. All of them with several objectives, since such designs may lie on a front together."""
+    """The best of those that share an outcome, first those that miss no other constraint. All of them with several objectives, since such designs
+    may lie on a front together."""
     if len(goals.objectives) > 1:
         return summaries
+
+    def rank(one: Summary) -> tuple:
+        # The last excess is that of failed cells.
+        others = [excess for constraint, excess in zip((*goals.constraints, None), one.excess) if constraint is None or constraint.share is None]
+        return (max(others) > 0.0, math.inf if one.means[0] is None else goals.objectives[0].sign * one.means[0], one.design.number)
+
     first: dict[tuple, Summary] = {}
-    for one in sorted(summaries, key=lambda one: (math.inf if one.means[0] is None else goals.objectives[0].sign * one.means[0], one.design.number)):
+    for one in sorted(summaries, key=rank):
         first.setdefault(outcome(goals, one.design), one)
     return [one for one in summaries if first[outcome(goals, one.design)] is one]
 
@@ -95,6 +104,16 @@ def about_the_limit(goals: Goals, designs: list[Design], summaries: list[Summary
     return evenly(kept, min(1 + count // 2, count)) + evenly(cheaper[::-1], count // 4)
 
 
+def about_to_keep(goals: Goals, designs: list[Design], summaries: list[Summary], on_front: list[Summary]) -> list[Summary]:
+    """Designs that miss limits on a share by at most `STANDARD_ERRORS_MOST`, nothing else, and that no kept one is better than: those first that
+    miss by least. They are tried where few designs seem to keep the limits."""
+    may_keep = {one.design.number for one in summaries_of(goals, designs, STANDARD_ERRORS_MOST) if one.is_feasible}
+    kept = [objective_vector(goals, one.means) for one in on_front]
+    missing = [one for one in summaries if one.design.number in may_keep and not one.is_feasible and not one.design.guess]
+    better = [one for one in missing if not any(dominates(other, objective_vector(goals, one.means)) for other in kept)]
+    return best_first(goals, better)
+
+
 def choices_of(search: SearchFile, design: Design) -> list:
     """Its values of the factors that are no ranges."""
     return [design.is_.get(factor.name) for factor in search.factors if not factor.is_range]
@@ -103,8 +122,7 @@ def choices_of(search: SearchFile, design: Design) -> list:
 def finalists(search: SearchFile, goals: Goals, designs: list[Design], count: int) -> list[int]:
     """Designs to evaluate anew: the best one at the stated prices, with others on both sides of the limits; those at prices that favour each
     objective; others along the front; the next behind it, first those with other values of the factors that are no ranges, since what few runs
-    misjudge they misjudge in neighbours alike; then those that miss constraints least and would be better than what keeps them; and every guess.
-    Of designs that share an outcome the best one goes first."""
+    misjudge they misjudge in neighbours alike; see `about_to_keep`; and every guess. Of designs that share an outcome the best one goes first."""
     all_summaries = summaries_of(goals, designs)
     summaries = distinct(goals, all_summaries)
     on_front = front(goals, summaries)
@@ -129,11 +147,8 @@ def finalists(search: SearchFile, goals: Goals, designs: list[Design], count: in
         if choices_of(search, one.design) not in seen:
             seen.append(choices_of(search, one.design))
             add(one.design.number)
-    for one in [*ordered, *best_first(goals, [one for one in all_summaries if one.runs and one.is_feasible])]:
+    repeated = best_first(goals, [one for one in all_summaries if one.runs and one.is_feasible])
+    for one in [*ordered, *about_to_keep(goals, designs, summaries, on_front), *repeated]:
         add(one.design.number)
-    kept = [objective_vector(goals, one.means) for one in on_front]
-    for one in best_first(goals, [one for one in summaries if one.runs and not one.is_feasible and None not in one.means]):
-        if not any(dominates(other, objective_vector(goals, one.means)) for other in kept):
-            add(one.design.number)
     guesses = [one.design.number for one in all_summaries if one.design.guess and one.runs]
     return sorted({*chosen, *guesses})
