@@ -9,7 +9,7 @@ from .file import SearchFile
 
 # A design may still keep a share of runs, or still be the best, if it falls short by no more than so many standard errors.
 STANDARD_ERRORS = 1.0
-# Nor are free places of the final evaluation for designs that fall short by more than so many.
+# Free places of the final evaluation are for designs that fall short by no more than so many.
 STANDARD_ERRORS_MOST = 3.0
 
 
