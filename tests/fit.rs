@@ -364,8 +364,16 @@ fn the_page_shows_the_frames_beside_those_of_the_fitted_sensor_and_finds_an_effe
     assert!(!text.contains("http://") && !text.contains("https://"), "the page needs no network");
     // 4 standard errors, some 30 figures: a true fit leaves none.
     assert!(text.contains(">EMVA 1288 figures of both sides. 0 of 3"), "{}", differing(&text));
-    // Ripple on the supply, which the preset alone has, bands the simulated rows.
+    // Noises of the preset that are part of what was measured do not count twice.
     let preset = own.join("preset.toml");
+    let parts = "[sensor]\npreset = \"paper_6t_vga\"\n[sensor.pixel]\nktc_noise_uv = 900.0\nflicker_uv_per_rthz = 900.0\n\
+                 [sensor.adc]\ncomparator_noise_uv = 900.0\nramp_noise_uv = 900.0\n";
+    std::fs::write(&preset, parts).unwrap();
+    let outcome = fit_of(&folder, &["--page", &page, "--preset", &preset]);
+    assert_eq!(outcome.code, 0, "{outcome:?}");
+    let text = std::fs::read_to_string(&page).unwrap();
+    assert!(text.contains(">EMVA 1288 figures of both sides. 0 of 3"), "{}", differing(&text));
+    // Ripple on the supply, which the preset alone has, bands the simulated rows.
     let noisy =
         "[sensor]\npreset = \"paper_6t_vga\"\n[sensor.adc]\nsupply_ripple_uv = 2000.0\nsupply_ripple_hz = 12345.0\n";
     std::fs::write(&preset, noisy).unwrap();

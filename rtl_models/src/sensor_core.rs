@@ -46,7 +46,7 @@ pub struct CoreOut {
     pub lane: LaneOut,
 }
 
-/// All registers of the core; what there is one of a column is borrowed.
+/// All registers of the core. Those of the columns are borrowed from the caller.
 #[derive(Debug)]
 pub struct SensorCore<'a> {
     config: CoreConfig,

@@ -105,7 +105,7 @@ fn check_keys(params: &AdcParams) -> Result<(), Error> {
     }
     if !params.has_equal_steps() && params.reset_counts_used() > params.code_max() {
         let most = params.code_max();
-        let reason = format!("only a plain linear ramp goes on beyond its last edge; use at most {most}");
+        let reason = format!("only a plain linear ramp goes on beyond its last level; use at most {most}");
         return Err(Error::key("sensor.adc.reset_counts", params.reset_counts, reason));
     }
     Ok(())
@@ -167,7 +167,7 @@ fn given_nv(params: &AdcParams) -> Result<Vec<f64>, Error> {
     let refuse = |value: String, reason: String| Error::key("sensor.adc.ramp_table_uv", value, reason);
     let edges = index(params.code_max());
     if table_uv.len() != edges {
-        let reason = format!("a ramp of {} bits has {edges} edges; use as many levels", params.bits);
+        let reason = format!("a ramp of {} bits has {edges} levels; use as many", params.bits);
         return Err(refuse(format!("{} levels", table_uv.len()), reason));
     }
     let mut before_uv = 0.0;
@@ -296,7 +296,7 @@ mod tests {
                 "ramp_points",
                 "must rise",
             ),
-            (AdcParams { ramp: Ramp::Table, ramp_table_uv: vec![1.0; 7], ..paper_adc() }, "7 levels", "1023 edges"),
+            (AdcParams { ramp: Ramp::Table, ramp_table_uv: vec![1.0; 7], ..paper_adc() }, "7 levels", "1023 levels"),
             (
                 AdcParams {
                     bits: 2,

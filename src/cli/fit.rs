@@ -224,12 +224,15 @@ const PIXEL: &str = "
 [sensor.pixel]
 fill_factor = 1.0                # part of the quantum efficiency that was measured
 ktc_noise_uv = 0.0               # part of the read noise that was measured
+flicker_uv_per_rthz = 0.0        # part of the read noise that was measured
 storage_dark_e_per_s = 0.0       # part of the read noise and of the row offset that were measured
 ";
 const ADC: &str = "
 [sensor.adc]
 gain = 1.0
 cds = \"analog\"                   # one conversion a code; its noise is part of the read noise
+comparator_noise_uv = 0.0        # part of the read noise that was measured
+ramp_noise_uv = 0.0              # part of the row noise that was measured
 ";
 const INDEPENDENT: &str = "rts_rate_hz = 1e9                # amplitudes are what double sampling leaves\n";
 const STRAIGHT: &str = "gain_compression = 0.0           # the bend is put down to the converter\n";

@@ -18,7 +18,7 @@ const MEGABYTES_MOST: u64 = 1_000_000;
 named! {
     /// How much light there is.
     pub enum LightLevel {
-        /// All by one factor, to the lux that are asked for.
+        /// All light is scaled by one factor, to `scene.illuminance_lux`.
         Scaled = "scaled",
         /// As lamps and sky state it.
         Absolute = "absolute",
@@ -32,7 +32,7 @@ named! {
         Full = "full",
         /// Over all bounces, by few rays.
         Draft = "draft",
-        /// Over all bounces, by a quarter of those.
+        /// Over all bounces, by a quarter of the rays of `draft`.
         Sketch = "sketch",
         /// Only what lamps and sky send straight.
         Direct = "direct",

@@ -34,7 +34,7 @@ impl ImageLag {
         (effect.share > 0.0).then(|| Box::new(effect) as Box<dyn Effect>)
     }
 
-    /// Greatest mean of what stays, over all that a pixel of the frame may have seen before: of no more than the well.
+    /// The greatest mean charge that is left behind after any earlier light. That charge was at most the full well.
     fn most_e(&self, facts: &Facts) -> f64 {
         self.share / (1.0 - self.share) * lesser(facts.frame_e_max + facts.dark_mean_e, self.capacity_e)
     }
@@ -45,8 +45,8 @@ impl Effect for ImageLag {
         Identity { name: "image_lag", number: Self::NUMBER, domain: Domain::ArrayElectrons }
     }
 
-    /// The difference is what the frame before left less what this one leaves: each at most l / (1 - l) of the frame's greatest charge, as
-    /// Poisson as that charge, and as uneven.
+    /// The error is the charge that the frame before left less the charge that this one leaves. Each is at most l / (1 - l) of the frame's
+    /// greatest charge, with Poisson variance and the same relative spread over the array.
     fn omission(&self, facts: &Facts) -> Option<Omission> {
         let most_e = self.most_e(facts);
         let spread = self.share / (1.0 - self.share);

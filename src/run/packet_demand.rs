@@ -5,8 +5,8 @@ use crate::link::WhenFull;
 use crate::num::{f64_from_u64, index, u64_from};
 use crate::readout::{Hdr, ReadoutParams, Shutter};
 
-/// The time that a line has to leave for a row's packet, in seconds: with a FIFO of D rows, the last of n rows finds a slot if n - D
-/// packets pass while n - 1 rows are read. 0 where the readout waits for the link instead, or where no rows are sent. Fails on a row that
+/// The shortest line time in seconds at which the FIFO never overflows: with D slots and n rows, n - D packets must pass while n - 1 rows
+/// are read. 0 where the readout waits for the link instead, or where no rows are sent. Fails on a row that
 /// the link cannot carry; a readout that cannot wait.
 pub(super) fn packet_demand_s(
     link: &crate::link::LinkParams,
@@ -26,11 +26,11 @@ pub(super) fn packet_demand_s(
     Ok(if slots == 1 { packet_s } else { packet_s * packets / f64_from_u64(rows.max(2) - 1) })
 }
 
-/// A readout that stands still holds its electronic shutter too: under a rolling shutter, rows would be exposed for longer, each by another
-/// time, and several exposures a row would no longer stand in their ratio.
+/// A readout that stands still holds its electronic shutter too: under a rolling shutter, rows would be exposed for longer, each by a
+/// different time, and several exposures a row would no longer stand in their ratio.
 pub(super) fn can_stall(readout: &ReadoutParams) -> Result<(), Error> {
     let reason = if readout.shutter == Shutter::Rolling {
-        "a stall would stretch the exposures of a rolling shutter, each row's by another time"
+        "a stall would lengthen the exposures of a rolling shutter, by a different time in each row"
     } else if matches!(readout.hdr, Hdr::MultiExposure { .. }) {
         "a stall would change the ratio of several exposures"
     } else {

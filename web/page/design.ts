@@ -185,10 +185,10 @@ export function scenario(design: Design, frames = Number(design.frames)): string
     "# Made by the page of sensel. `sensel run page.toml` gives the same hashes.",
     `seed = ${design.seed}`,
     "[scene]", `${room ? "generator" : "target"} = "${design.scene}"`,
-    // The light of rooms by few rays: the first picture comes sooner.
+    // Rooms are baked with few rays, so that the first picture appears sooner.
     ...(room ? ['bake = "sketch"'] : []), `illuminance_lux = ${decimal(design.lux!)}`,
     "[motion]", `kind = "${design.motion}"`, `offset_m = ${room ?? "[0.0, 0.0, 0.0]"}`,
-    // Boards stand where a still camera looks; motions look the other way.
+    // Boards stand in front of a still camera; the other motions start facing away from them.
     ...(!room && design.motion !== "still" ? ["world_from_motion = [0.0, 1.0, 0.0, 0.0]"] : []),
     ...(design.motion === "spin" ? [`rate_deg_per_s = ${decimal(design.rate!)}`] : []),
     "[rig]", `baseline_mm = ${design.rig}`,

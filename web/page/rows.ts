@@ -23,7 +23,7 @@ export class Rows {
     for (const end of ["pointerup", "pointercancel"]) this.canvas.addEventListener(end, () => { this.drag = undefined; });
   }
 
-  /** The first row's exposure bar takes the exposure with it; everything right of it the line length. */
+  /** A drag that starts left of the end of a row's exposure changes the exposure, one that starts right of it the line length. */
   private begin(event: PointerEvent): void {
     const box = this.canvas.getBoundingClientRect(), x = event.clientX - box.left;
     if (!this.summary || x < this.axis.left) return;
@@ -49,7 +49,7 @@ export class Rows {
     const wait = table[last * fields + 2]! - table[last * fields + 1]!;
     byId("rows-text").textContent = summary.rolling
       ? `Rolling shutter: each row starts one line, ${time(summary.line_us)}, after the row above; the last ${time(skew)} after the ` +
-        "first. What moves meanwhile leans."
+        "first. What moves in that time looks slanted."
       : `Global shutter: all rows start together. The last row waits ${time(wait)} in its storage node until its line comes.`;
     this.draw();
   }

@@ -74,7 +74,7 @@ class Judged(Held):
 
     @property
     def sureness(self) -> float:
-        """How far the lower end of the interval of the share that is kept least surely lies above what is asked: 1 where it cannot lie higher."""
+        """The least margin over all constraints with a share: (lower end of the interval - share) / (1 - share). 1 at most, and where there are none."""
         shares = [one for one in self.kept if one.share is not None]
         return min(((one.interval[0] - one.share) / (1.0 - one.share) for one in shares), default=1.0)
 

@@ -49,7 +49,7 @@ def near_front(goals: Goals, summaries: list[Summary]) -> list[Summary]:
     vectors = [scaled(one) for one in feasible]
 
     def lead(one: Summary, own: list[float]) -> float:
-        """By how many standard errors the design that beats it most clearly is ahead, in the objective where it is least ahead."""
+        """The smallest lead of another design over all objectives, in standard errors; the largest of these, 0 at least."""
         leads = [0.0]
         for other, theirs in zip(feasible, vectors):
             if other is one:
@@ -63,8 +63,8 @@ def near_front(goals: Goals, summaries: list[Summary]) -> list[Summary]:
 
 
 def to_confirm(search: SearchFile, goals: Goals, designs: list[Design], hopeful: list[Summary]) -> list[Summary]:
-    """What the last cells go to: the designs that would be evaluated anew, fewest runs first, then those that may keep all constraints, by
-    layers of fronts."""
+    """The order in which the last cells are spent: first the finalists, fewest runs first, then the designs that may keep all constraints, by
+    Pareto rank."""
     numbers = finalists(search, goals, designs, search.final.designs)
     last = sorted((one for one in hopeful if one.design.number in numbers and not one.design.guess), key=lambda one: one.runs)
     return last + [one for one in layers(goals, hopeful) if one not in last]
