@@ -26,8 +26,8 @@ pub struct Omitted {
     pub bias_e: f64,
     /// Sigma of the random part in electrons.
     pub sigma_e: f64,
-    /// The share of the budget that it takes, in the region where all omitted effects together take most: biases add absolutely, so its part of the mean square error is
-    /// its bias times the sum of all biases, plus its variance. 0 with a budget of 0.
+    /// The share of the budget that it takes, in the region where all omitted effects together take most: biases add absolutely, so its
+    /// part of the mean square error is its bias times the sum of all biases, plus its variance. 0 with a budget of 0.
     pub budget_share: f64,
     /// Predicted time that leaving it out saves.
     pub cost_ns_per_px: f64,

@@ -44,8 +44,8 @@ impl SensorSetup {
         self.link.features_per_gap(self.size.width_px, self.bits(), self.row_period())
     }
 
-    /// A frame's features by the row during whose readout each is complete. `out_clk` has the clock in which each is taken. Features that are
-    /// complete after the last row are put with it; `flow_at` adds their delay.
+    /// A frame's features by the row during whose readout each is complete. `out_clk` has the clock in which each is taken. Features
+    /// that are complete after the last row are put with it; `flow_at` adds their delay.
     pub fn batches(&self, out_clk: &[u64]) -> Vec<Batch> {
         let spacing = self.row_spacing();
         let row_of = |&clk: &u64| u32::try_from(spacing.rows_until(clk + 1)).unwrap_or(u32::MAX);
@@ -63,7 +63,8 @@ impl SensorSetup {
         }))
     }
 
-    /// When each feature is complete: the row that was read last, and the time since then. `out_clk` has the clocks in which the extractor gives them.
+    /// When each feature is complete: the row that was read last, and the time since then. `out_clk` has the clocks in which the
+    /// extractor gives them.
     pub fn features_ready(&self, out_clk: &[u64]) -> Vec<FeatureReady> {
         let (spacing, last_row) = (self.row_spacing(), u64::from(self.size.height_px.saturating_sub(1)));
         let ready_of = |&clk: &u64| {
