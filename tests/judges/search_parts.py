@@ -340,6 +340,9 @@ def a_final_evaluation_goes_on_until_a_design_is_shown():
     # Where none misses, from the best one up.
     undecided = [judged(0, 11.0, of_400(396)), judged(7, 12.4, of_400(398)), judged(8, 12.6, of_400(400))]
     assert final.further(goals, designs, undecided, 3) == [1, 3, 6]
+    # Where no better one was evaluated, down to the best one that the search knows.
+    assert final.further(goals, designs, [judged(2, 11.4, of_400(400)), guess], 3) == [1]
+    assert final.further(goals, designs, [judged(0, 11.0, of_400(400)), guess], 3) == []
     # Where good is large it goes the other way; several objectives and limits without a share have no such order.
     largest = replace(goals, objectives=(Objective("energy.power_mw", is_maximised=True, resolution=0.5),))
     assert final.further(largest, designs[:9], [judged(8, 12.6, of_400(390))], 9) == [7]
@@ -388,6 +391,11 @@ def finalists_reach_beyond_the_limit():
     few = [*at(9.65)[:5], design(6, runs(11.5, 9.6)), replace(design(7, runs(10.5, 9.6)), guess="expert")]
     found = [choice.finalists(SEARCH, goals, few, count) for count in (3, 4, 6)]
     assert found == [[0, 1, 2, 7], [0, 1, 2, 3, 7], [0, 1, 2, 3, 7]], found
+    # Where none that seems to keep the limit lies below the one that is shown, those within three standard errors do.
+    missing, near = at(9.65), [judged(0, 11.0, of_400(400))]
+    assert final.further(goals, missing, near, 3) == [] and final.nearly_kept(goals, missing, near, 3) == [3]
+    assert final.nearly_kept(goals, missing, [judged(0, 11.0, of_400(398))], 3) == []
+    assert final.nearly_kept(goals, missing, [*near, judged(3, 10.0, of_400(390))], 3) == []
     # Nor to one that misses anything but a share.
     few[3].results[Run(3, None, 1)] = replace(few[3].results[Run(3, None, 1)], has_failed=True)
     assert choice.finalists(SEARCH, goals, few, 4) == [0, 1, 2, 7]

@@ -7,7 +7,7 @@ import json
 import math
 
 from ..cluster import Engine
-from .choice import by_price, distinct, evenly, finalists, outcome
+from .choice import about_to_keep, by_price, distinct, evenly, finalists, outcome
 from .designs import Design, Goals, Summary, summaries_of
 from .loop import Paused, Plan, State, check_identity, play, run_round, runs_of
 from .outcome import Judged, judged
@@ -40,7 +40,7 @@ def evaluate_finalists(state: State, engine: Engine) -> bool:
         numbers, new = further(state.goals, state.designs, judged(state), most), []
         if not numbers:
             new = proposed(state, turn, most)
-            numbers = [one.number for one in new]
+            numbers = [one.number for one in new] or nearly_kept(state.goals, state.designs, judged(state), most)
         # A report is of what is there.
         if not numbers or not evaluate(state, engine, numbers, new):
             break
@@ -67,8 +67,8 @@ def evaluate(state: State, engine: Engine, numbers: list[int], new: list[Design]
 
 def open_ranges(goals: Goals, prices: dict[int, float], all_judged: list[Judged]) -> list[tuple[float, float]]:
     """Where better designs are wanted than the best one that is shown to keep every share, small prices being good: up to that one from the next
-    better one beyond the resolution, unless one within it misses something; while none is shown, from each that was evaluated up. Guesses bound
-    nothing from below. None with several objectives, and where no constraint has a share."""
+    better one beyond the resolution, or from the best that the search knows, unless one within it misses something; while none is shown, from each
+    that was evaluated up. Guesses bound nothing from below. None with several objectives, and where no constraint has a share."""
     if len(goals.objectives) > 1 or all(one.share is None for one in goals.constraints):
         return []
     most = min((prices[one.number] for one in all_judged if one.is_shown and one.is_admissible), default=math.inf)
@@ -79,8 +79,8 @@ def open_ranges(goals: Goals, prices: dict[int, float], all_judged: list[Judged]
     least = most - goals.objectives[0].resolution
     if any(price >= least and not is_admissible for price, is_admissible in better):
         return []
-    low = max((price for price, _ in better if price < least), default=None)
-    return [] if low is None else [(low, most)]
+    low = max((price for price, _ in better if price < least), default=min(prices.values()))
+    return [(low, most)] if low < most else []
 
 
 def prices_of(goals: Goals, summaries: list[Summary], all_judged: list[Judged]) -> dict[int, float]:
@@ -100,6 +100,20 @@ def further(goals: Goals, designs: list[Design], all_judged: list[Judged], count
         found = [one for one in kept if low < prices[one.design.number] < high]
         if found:
             return evenly(by_price(goals, found), count)
+    return []
+
+
+def nearly_kept(goals: Goals, designs: list[Design], all_judged: list[Judged], count: int) -> list[int]:
+    """Known designs of the open ranges that miss a share by little (see `about_to_keep`), the one that misses by least first, then better ones.
+    None while nothing is shown."""
+    summaries = summaries_of(goals, designs)
+    prices = prices_of(goals, summaries, all_judged)
+    known = {outcome(goals, designs[one.number]) for one in all_judged}
+    near = [one for one in about_to_keep(goals, designs, distinct(goals, summaries), []) if outcome(goals, one.design) not in known]
+    for low, high in open_ranges(goals, prices, all_judged):
+        if high < math.inf:
+            found = [one for one in near if low < prices[one.design.number] < high]
+            return [one.design.number for one in by_price(goals, found)[::-1][:count]]
     return []
 
 
