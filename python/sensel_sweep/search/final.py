@@ -67,8 +67,8 @@ def evaluate(state: State, engine: Engine, numbers: list[int], new: list[Design]
 
 def open_ranges(goals: Goals, prices: dict[int, float], all_judged: list[Judged]) -> list[tuple[float, float]]:
     """Where better designs are wanted than the best one that is shown to keep every share, small prices being good: up to that one from the next
-    better one beyond the resolution, or from the best that the search knows, unless one within it misses something; while none is shown, from each
-    that was evaluated up. Guesses bound nothing from below. None with several objectives, and where no constraint has a share."""
+    better one beyond the resolution, or from the best that the search or a guess has, unless one within it misses something; while none is shown, from each
+    that was evaluated up. An evaluated guess is no such better one. None with several objectives, and where no constraint has a share."""
     if len(goals.objectives) > 1 or all(one.share is None for one in goals.constraints):
         return []
     most = min((prices[one.number] for one in all_judged if one.is_shown and one.is_admissible), default=math.inf)
