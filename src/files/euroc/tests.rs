@@ -176,14 +176,19 @@ fn hostile_calibrations_are_refused_with_file_and_line() {
         ("[752, 480]", "[752, 1e9]", "line 16: resolution"),
         ("[752, 480]", "[0, 480]", "line 16: resolution"),
         ("[752, 480]", "[752.5, 480]", "line 16: resolution"),
-        ("[752, 480]", "[752, 480", "line 16: the list of 'resolution' has no end"),
+        ("[752, 480]", "[752, 480", "line 17: is no YAML"),
         ("pinhole", "omni", "line 17: camera_model = 'omni' is not known; known: pinhole"),
         ("radial-tangential", "fov", "line 19: distortion_model"),
         ("458.654", "nan", "line 18: intrinsics"),
         ("458.654", "-458.654", "line 18: focal lengths"),
         ("0.999557249008", "0.5", "line 9: T_BS is no rotation"),
-        ("T_BS:", "T_BS", "line 6: 'T_BS' is no 'key: value'"),
-        ("1.76187114e-05]", "1.76187114e-05", "line 20: the list of 'distortion_coefficients' has no end"),
+        ("[752, 480]", "[[752], 480]", "line 16: 'resolution' is a list of more than numbers"),
+        ("pinhole", "*model", "line 17: is no YAML"),
+        ("rate_hz: 20", "rate_hz: &rate 20\ncopy_hz: *rate", "line 16: has an alias; write the value"),
+        ("rate_hz: 20", "? [a]\n: 20", "line 15: has a key that is no text"),
+        ("sensor_type: camera", "a: {a: {a: {a: {a: {a: {a: {a: 1}}}}}}}", "line 2: is more than 8 levels deep"),
+        ("T_BS:", "T_BS", "line 7: is no YAML"),
+        ("1.76187114e-05]", "1.76187114e-05", "line 21: is no YAML"),
     ];
     for (from, to, message) in cases {
         assert!(REAL_LAYOUT.contains(from), "{from}");

@@ -1,20 +1,26 @@
-//! Parses the subset of YAML that `sensor.yaml` files use: nested keys, scalars, lists in brackets over any number of lines, comments.
-//! Maps dotted keys to values with their lines; refuses anything else, naming the line.
+//! Reads a `sensor.yaml` into its values by dotted key, each with its line: scalars and lists of scalars in nested mappings. Refuses
+//! what else YAML has, naming the line.
 
 use std::collections::BTreeMap;
+
+use saphyr_parser::{Event, Parser};
+
+/// Files nest two deep; a limit keeps hostile ones from filling the memory with keys.
+const DEPTH_MAX: usize = 8;
 
 /// A value as written, and where.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Entry {
     pub(super) text: String,
+    /// Items of a list.
+    items: Option<Vec<String>>,
     /// Counted from 1.
     pub(super) line: usize,
 }
 
 impl Entry {
     fn list(&self) -> Option<Vec<f64>> {
-        let inner = self.text.strip_prefix('[').and_then(|text| text.strip_suffix(']'))?;
-        inner.split(',').map(str::trim).filter(|item| !item.is_empty()).map(finite).collect()
+        self.items.as_ref()?.iter().map(|item| finite(item)).collect()
     }
 }
 
@@ -27,41 +33,68 @@ pub(super) struct Document {
 /// What is wrong in which line.
 pub(super) type Refusal = (usize, String);
 
+/// A mapping or list whose end has not come yet.
+enum Open {
+    /// Its own key, empty at the top, and the key whose value comes next.
+    Mapping {
+        parent: String,
+        key: Option<String>,
+    },
+    List {
+        path: String,
+        line: usize,
+        items: Vec<String>,
+    },
+}
+
 impl Document {
     pub(super) fn parse(text: &str) -> Result<Self, Refusal> {
+        let text = without_opencv_header(text);
         let mut document = Self::default();
-        let mut parents: Vec<(usize, String)> = Vec::new();
-        let mut lines = text.lines().enumerate();
-        while let Some((index, raw)) = lines.next() {
-            let line = index + 1;
-            let content = without_comment(raw);
-            let trimmed = content.trim();
-            if trimmed.is_empty() || trimmed == "---" || trimmed == "..." || trimmed.starts_with('%') {
-                continue;
-            }
-            let indent = content.len() - content.trim_start().len();
-            let (key, value) = trimmed
-                .split_once(':')
-                .ok_or_else(|| (line, format!("'{}' is no 'key: value'", shortened(trimmed))))?;
-            let (key, mut value) = (unquoted(key.trim()), value.trim().to_owned());
-            while parents.last().is_some_and(|(depth, _)| *depth >= indent) {
-                parents.pop();
-            }
-            while value.starts_with('[') && !value.contains(']') {
-                // A line with a key in it belongs to what follows: the bracket was never closed.
-                let more = lines.next().map(|(_, more)| without_comment(more)).filter(|more| !more.contains(':'));
-                let more = more.ok_or_else(|| (line, format!("the list of '{key}' has no end")))?;
-                value.push(' ');
-                value.push_str(more.trim());
-            }
-            let path = parents.last().map_or_else(|| key.to_owned(), |(_, parent)| format!("{parent}.{key}"));
-            if value.is_empty() || value.starts_with("!!") {
-                parents.push((indent, path));
-            } else if document.entries.insert(path, Entry { text: unquoted(&value).to_owned(), line }).is_some() {
-                return Err((line, format!("'{key}' is there twice")));
+        let mut open: Vec<Open> = Vec::new();
+        for event in Parser::new_from_str(&text) {
+            let (event, span) =
+                event.map_err(|error| (error.marker().line(), format!("is no YAML: {}", error.info())))?;
+            let line = span.start.line();
+            match event {
+                Event::MappingStart(..) | Event::SequenceStart(..) => {
+                    let path = path_of_value(&mut open, line)?;
+                    if open.len() == DEPTH_MAX {
+                        return Err((line, format!("is more than {DEPTH_MAX} levels deep")));
+                    }
+                    open.push(match event {
+                        Event::MappingStart(..) => Open::Mapping { parent: path, key: None },
+                        _ => Open::List { path, line, items: Vec::new() },
+                    });
+                }
+                Event::Scalar(text, ..) => match open.last_mut() {
+                    Some(Open::List { items, .. }) => items.push(text.into_owned()),
+                    Some(Open::Mapping { key: key @ None, .. }) => *key = Some(text.into_owned()),
+                    _ => {
+                        let path = path_of_value(&mut open, line)?;
+                        document.insert(path, Entry { text: text.into_owned(), items: None, line })?;
+                    }
+                },
+                Event::MappingEnd | Event::SequenceEnd => {
+                    if let Some(Open::List { path, line, items }) = open.pop() {
+                        let text = format!("[{}]", items.join(", "));
+                        document.insert(path, Entry { text, items: Some(items), line })?;
+                    }
+                }
+                Event::Alias(_) => return Err((line, "has an alias; write the value".to_owned())),
+                Event::DocumentEnd => break,
+                Event::Nothing | Event::StreamStart | Event::StreamEnd | Event::DocumentStart(_) => {}
             }
         }
         Ok(document)
+    }
+
+    fn insert(&mut self, path: String, entry: Entry) -> Result<(), Refusal> {
+        let (line, key) = (entry.line, shortened(&path));
+        match self.entries.insert(path, entry) {
+            Some(_) => Err((line, format!("'{key}' is there twice"))),
+            None => Ok(()),
+        }
     }
 
     pub(super) fn get(&self, key: &str) -> Result<&Entry, Refusal> {
@@ -88,33 +121,28 @@ impl Document {
     }
 }
 
+/// The dotted key of the value that begins here; its mapping waits for the next key.
+fn path_of_value(open: &mut [Open], line: usize) -> Result<String, Refusal> {
+    match open.last_mut() {
+        None => Ok(String::new()),
+        Some(Open::Mapping { parent, key }) => {
+            let key = key.take().ok_or_else(|| (line, "has a key that is no text".to_owned()))?;
+            Ok(if parent.is_empty() { key } else { format!("{parent}.{key}") })
+        }
+        Some(Open::List { path, .. }) => Err((line, format!("'{}' is a list of more than numbers", shortened(path)))),
+    }
+}
+
+/// OpenCV begins files with `%YAML:1.0`, which is no directive of YAML: the line is left empty.
+fn without_opencv_header(text: &str) -> std::borrow::Cow<'_, str> {
+    match text.strip_prefix("%YAML:") {
+        Some(rest) => rest.trim_start_matches(|letter| letter != '\n').into(),
+        None => text.into(),
+    }
+}
+
 fn finite(text: &str) -> Option<f64> {
     text.parse::<f64>().ok().filter(|value| value.is_finite())
-}
-
-/// A `#` starts a comment at a line's start or after a blank, outside quotes.
-fn without_comment(line: &str) -> &str {
-    let mut quote = None;
-    let mut before = ' ';
-    for (at, letter) in line.char_indices() {
-        match (quote, letter) {
-            (None, '#') if before.is_whitespace() => return &line[..at],
-            (None, '"' | '\'') => quote = Some(letter),
-            (Some(open), letter) if letter == open => quote = None,
-            _ => {}
-        }
-        before = letter;
-    }
-    line
-}
-
-fn unquoted(text: &str) -> &str {
-    for quote in ['"', '\''] {
-        if let Some(inner) = text.strip_prefix(quote).and_then(|text| text.strip_suffix(quote)) {
-            return inner;
-        }
-    }
-    text
 }
 
 /// The first forty letters: messages stay one line long whatever a file holds.
