@@ -228,6 +228,21 @@ mod page {
     }
 
     #[test]
+    fn markup_in_names_stays_text_between_tags_and_in_attributes() {
+        let name = "\"><script>alert('&')</script>".to_owned();
+        let safe = "&quot;&gt;&lt;script&gt;alert('&amp;')&lt;/script&gt;";
+        let (mut report, mut pictures) = (sample::report(), sample::pictures());
+        report.scenario.name = name.clone();
+        report.timing.line[0].name = name.clone();
+        pictures.waves = Some(name);
+        let page = html(&report, &pictures);
+        assert!(!page.contains("<script>alert"));
+        for place in ["<h1>", "<title>", "<a href=\"", " title=\""] {
+            assert!(page.contains(&format!("{place}{safe}")), "{place}");
+        }
+    }
+
+    #[test]
     fn each_of_the_two_jitters_has_a_tile_and_a_name_of_its_own() {
         let mut report = sample::report();
         let page = html(&report, &sample::pictures());

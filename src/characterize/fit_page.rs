@@ -154,14 +154,14 @@ fn transfer(sides: &[Side; 2]) -> String {
         ..Axes::default()
     };
     let series = both(sides, |point| (point.signal_dn(), point.variance_dn2 - point.dark_variance_dn2));
-    section("Photon transfer", "The slope is the overall gain, the peak saturation.", &chart(&axes, &series))
+    section("Photon transfer", "The slope is the overall gain, the peak saturation.", &chart(&axes, &series).0)
 }
 
 fn signal(sides: &[Side; 2]) -> String {
     let axes =
         Axes { title: "Signal over exposure", x_label: "exposure in ms", y_label: "signal in DN", ..Axes::default() };
     let series = both(sides, |point| (point.exposure_ns * 1e-6, point.signal_dn()));
-    section("Signal", "Mean under light less mean in the dark.", &chart(&axes, &series))
+    section("Signal", "Mean under light less mean in the dark.", &chart(&axes, &series).0)
 }
 
 fn over_exposure(
@@ -172,7 +172,7 @@ fn over_exposure(
 ) -> String {
     let axes = Axes { title: heading, x_label: "exposure in ms", y_label: label, ..Axes::default() };
     let series = both(sides, |point| (point.exposure_ns * 1e-6, of(point)));
-    section(heading, lead, &chart(&axes, &series))
+    section(heading, lead, &chart(&axes, &series).0)
 }
 
 /// Shares of all codes of a stack, in bins of whole codes. Codes beyond the range of either side's last thousandth are left out.
@@ -198,7 +198,7 @@ fn histogram(heading: &str, stacks: [&StackSums; 2]) -> String {
     let lead =
         format!("All frames of the stack. {} % of the codes lie elsewhere in the simulated ones.", significant(moved));
     let series = [line("measured", Ink::One, measured), line("simulated", Ink::Two, simulated)];
-    section(heading, &lead, &chart(&axes, &series))
+    section(heading, &lead, &chart(&axes, &series).0)
 }
 
 /// Codes that hold all but a thousandth at either end, of both stacks.
@@ -265,7 +265,7 @@ fn spectrum(heading: &str, lead: &str, unit: &str, sides: [Vec<f64>; 2]) -> Stri
     let axes = Axes { title: heading, x_label: "cycles a pixel", y_label: &y_label, y_log: true, ..Axes::default() };
     let [measured, simulated] = sides.map(over_frequency);
     let series = [line("measured", Ink::One, measured), line("simulated", Ink::Two, simulated)];
-    section(heading, lead, &chart(&axes, &series))
+    section(heading, lead, &chart(&axes, &series).0)
 }
 
 /// The first rows and columns of both sides' first frames and means, each pair on one scale of grey.

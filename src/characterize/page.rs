@@ -127,7 +127,7 @@ fn transfer(record: &Characterization) -> String {
         dots("saturation: greatest variance", Ink::Three, vec![shot(full)]),
     ];
     let lead = "Shot noise grows in proportion to the signal; the slope is the overall gain K, the peak is saturation.";
-    section("Photon transfer", lead, &chart(&axes, &series))
+    section("Photon transfer", lead, &chart(&axes, &series).0)
 }
 
 /// Temporal SNR as measured, its formula from the measured figures, the total with patterns, and the limit of an ideal sensor.
@@ -169,7 +169,7 @@ fn noise_ratio(record: &Characterization) -> String {
         line("total, with DSNU and PRNU", Ink::Four, curve(&total)),
         dots("measured up to saturation", Ink::One, below),
     ];
-    section("Signal-to-noise ratio", "How far the sensor is from counting every photon.", &chart(&axes, &series))
+    section("Signal-to-noise ratio", "How far the sensor is from counting every photon.", &chart(&axes, &series).0)
 }
 
 fn linearity(record: &Characterization) -> String {
@@ -182,7 +182,7 @@ fn linearity(record: &Characterization) -> String {
         dots("measured", Ink::One, points_of(record, |point| (point.photons, point.signal_dn()))),
         line(&slope, Ink::Two, vec![(0.0, 0.0), (last, r * last)]),
     ];
-    section("Sensitivity", "Mean signal less dark; its slope is the responsivity R.", &chart(&axes, &series))
+    section("Sensitivity", "Mean signal less dark; its slope is the responsivity R.", &chart(&axes, &series).0)
 }
 
 fn deviations(record: &Characterization) -> String {
@@ -196,7 +196,7 @@ fn deviations(record: &Characterization) -> String {
     let ends = [points.first(), points.last()].into_iter().flatten().map(|point| (point.0, 0.0)).collect();
     let series = [line("no deviation", Ink::Two, ends), dots("measured", Ink::One, points)];
     let lead = "Relative deviation from the line of least relative deviation, 5 to 95 % of saturation.";
-    section("Linearity", lead, &chart(&axes, &series))
+    section("Linearity", lead, &chart(&axes, &series).0)
 }
 
 /// At most a thousand points: of each run of codes that one stands for, the value farthest from 0.
@@ -217,7 +217,7 @@ fn differential(record: &Characterization) -> String {
          {:+.3} to {:+.3} LSB, known to {:.3} LSB; {} missing codes.",
         found.dnl_lsb[0], found.dnl_lsb[1], found.error_lsb, found.missing_codes
     );
-    section("Converter: codes", &lead, &chart(&axes, &[line("DNL", Ink::One, thinned(&record.density.dnl_lsb))]))
+    section("Converter: codes", &lead, &chart(&axes, &[line("DNL", Ink::One, thinned(&record.density.dnl_lsb))]).0)
 }
 
 fn integral(record: &Characterization) -> String {
@@ -230,7 +230,7 @@ fn integral(record: &Characterization) -> String {
          full-scale sine: {bits}.",
         found.inl_lsb[0], found.inl_lsb[1]
     );
-    section("Converter: ramp", &lead, &chart(&axes, &[line("INL", Ink::One, thinned(&record.density.inl_lsb))]))
+    section("Converter: ramp", &lead, &chart(&axes, &[line("INL", Ink::One, thinned(&record.density.inl_lsb))]).0)
 }
 
 fn dark_chart(record: &Characterization, title: &str, label: &str, of: impl Fn(&TransferPoint) -> f64) -> String {
@@ -238,7 +238,7 @@ fn dark_chart(record: &Characterization, title: &str, label: &str, of: impl Fn(&
     let (slope, offset) = super::fits::line(&points);
     let ends = [points.first(), points.last()].into_iter().flatten().map(|&(x, _)| (x, slope * x + offset)).collect();
     let axes = Axes { title, x_label: "exposure in ms", y_label: label, ..Axes::default() };
-    chart(&axes, &[dots("measured", Ink::One, points), line("fit", Ink::Two, ends)])
+    chart(&axes, &[dots("measured", Ink::One, points), line("fit", Ink::Two, ends)]).0
 }
 
 fn dark_mean(record: &Characterization) -> String {
@@ -287,7 +287,7 @@ fn profiles(record: &Characterization, is_dark: bool) -> String {
         line("horizontal: means of columns", Ink::One, points(across.mean)),
         line("vertical: means of rows", Ink::Two, points(down.mean)),
     ];
-    section(heading, "Means of columns and of rows about the mean of all.", &chart(&axes, &series))
+    section(heading, "Means of columns and of rows about the mean of all.", &chart(&axes, &series).0)
 }
 
 /// A spectrogram over cycles a pixel, without its value at 0.
@@ -306,7 +306,7 @@ fn spectra(record: &Characterization, is_dark: bool) -> String {
     let axes = Axes { title: heading, x_label: "cycles a pixel", y_label: label, y_log: true, ..Axes::default() };
     let series = [line("horizontal", Ink::One, points(false)), line("vertical", Ink::Two, points(true))];
     let lead = "White patterns are flat; rows or columns that differ lift one of the two.";
-    section(heading, lead, &chart(&axes, &series))
+    section(heading, lead, &chart(&axes, &series).0)
 }
 
 fn histogram(found: &Histogram, heading: &str, label: &str) -> String {
@@ -317,7 +317,7 @@ fn histogram(found: &Histogram, heading: &str, label: &str) -> String {
     let axes = Axes { title: heading, x_label: label, y_label: "pixels", y_log: true, ..Axes::default() };
     let lead = format!("{} pixels lie beyond five standard deviations.", found.beyond_5_sigma);
     let series = [dots("pixels", Ink::One, counts), line("normal of the same variance", Ink::Two, normal)];
-    section(heading, &lead, &chart(&axes, &series))
+    section(heading, &lead, &chart(&axes, &series).0)
 }
 
 /// What a figure is, for a reader of the table.

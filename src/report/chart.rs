@@ -5,10 +5,10 @@
 
 mod axis;
 
+use maud::{Markup, PreEscaped, html};
 use plotters::prelude::*;
 
 use crate::num::{greater, lesser};
-use crate::report::escape::escaped;
 use axis::{Axis, AxisSpan};
 
 /// A colour of the page: that of the series of this number.
@@ -127,16 +127,21 @@ pub(crate) fn runs_of(points: impl Iterator<Item = (f64, Option<f64>)>) -> Vec<V
 }
 
 /// The chart as a figure with its legend; without any point, a sentence that says so.
-pub(crate) fn chart(axes: &Axes<'_>, series: &[Series<'_>]) -> String {
+pub(crate) fn chart(axes: &Axes<'_>, series: &[Series<'_>]) -> Markup {
     let placed: Vec<Series<'_>> = series.iter().map(|series| placed(axes, series)).collect();
-    let title = escaped(axes.title);
     let Some((x, y)) = ranges(axes, &placed) else {
-        return format!("<p class=\"note\">{title}: nothing was measured.</p>");
+        return html! { p.note { (axes.title) ": nothing was measured." } };
     };
     let mut svg = String::new();
     draw(&mut svg, axes, &placed, x, y).expect("drawing into a string cannot fail");
-    let (mark, values) = if zooms(axes, series) { (" data-zooms", values(axes, series)) } else { ("", String::new()) };
-    format!("<figure class=\"chart\"{mark}>{}{}{values}</figure>", legend(series), themed(&svg, &title))
+    let zooms = zooms(axes, series);
+    html! {
+        figure.chart data-zooms[zooms] {
+            @if series.len() > 1 { (legend(series)) }
+            (themed(&svg, axes.title))
+            @if zooms { (values(axes, series)) }
+        }
+    }
 }
 
 /// Whether a reader may zoom into a chart: lines over a common linear axis.
@@ -149,7 +154,7 @@ fn zooms(axes: &Axes<'_>, series: &[Series<'_>]) -> bool {
 }
 
 /// The series as `zoom.js` reads them, to five digits.
-fn values(axes: &Axes<'_>, series: &[Series<'_>]) -> String {
+fn values(axes: &Axes<'_>, series: &[Series<'_>]) -> Markup {
     // Numbers of JSON have neither infinities nor NaN.
     let number = |value: f64| if value.is_finite() { format!("{}", rounded(value)) } else { "null".to_owned() };
     let run = |run: &Vec<(f64, f64)>| {
@@ -162,12 +167,10 @@ fn values(axes: &Axes<'_>, series: &[Series<'_>]) -> String {
         format!("{{\"name\":{},\"ink\":\"{ink}\",\"runs\":[{}]}}", quoted(series.name), runs.join(","))
     };
     let all: Vec<String> = series.iter().map(one).collect();
-    format!(
-        "<script type=\"application/json\">{{\"x\":{},\"y\":{},\"series\":[{}]}}</script>",
-        quoted(axes.x_label),
-        quoted(axes.y_label),
-        all.join(",")
-    )
+    let [x, y] = [axes.x_label, axes.y_label].map(quoted);
+    let json = format!("{{\"x\":{x},\"y\":{y},\"series\":[{}]}}", all.join(","));
+    // Browsers do not decode character references in a script; `quoted` leaves no tag in it.
+    html! { script type="application/json" { (PreEscaped(json)) } }
 }
 
 fn rounded(value: f64) -> f64 {
@@ -185,39 +188,42 @@ fn placed<'a>(axes: &Axes<'_>, series: &Series<'a>) -> Series<'a> {
     Series { runs: series.runs.iter().map(run).collect(), ..*series }
 }
 
-fn legend(series: &[Series<'_>]) -> String {
-    if series.len() < 2 {
-        return String::new();
+fn legend(series: &[Series<'_>]) -> Markup {
+    html! {
+        ul.legend {
+            @for series in series { li { svg viewBox="0 0 32 16" aria-hidden="true" { (sample(series)) } (series.name) } }
+        }
     }
-    let entry = |series: &Series<'_>| {
-        let ink = format!("var({})", series.ink.variable());
-        let sample = match series.shape {
-            SeriesShape::Line(width_px) => {
-                format!("<path d=\"M1 8H31\" stroke=\"{ink}\" stroke-width=\"{}\"/>", f64::from(width_px) * 1.6)
-            }
-            SeriesShape::Marked(width_px) => format!(
-                "<path d=\"M1 8H31\" stroke=\"{ink}\" stroke-width=\"{width_px}\"/><circle cx=\"16\" cy=\"8\" r=\"4\" fill=\"{ink}\"/>"
-            ),
-            SeriesShape::Ring => {
-                format!("<circle cx=\"16\" cy=\"8\" r=\"6\" fill=\"none\" stroke=\"{ink}\" stroke-width=\"2.5\"/>")
-            }
-            SeriesShape::Dots => format!("<circle cx=\"16\" cy=\"8\" r=\"5\" fill=\"{ink}\"/>"),
-        };
-        format!("<li><svg viewBox=\"0 0 32 16\" aria-hidden=\"true\">{sample}</svg>{}</li>", escaped(series.name))
-    };
-    format!("<ul class=\"legend\">{}</ul>", series.iter().map(entry).collect::<String>())
+}
+
+/// How a series looks.
+fn sample(series: &Series<'_>) -> Markup {
+    let ink = format!("var({})", series.ink.variable());
+    match series.shape {
+        SeriesShape::Line(width_px) => {
+            html! { path d="M1 8H31" stroke=(ink) stroke-width=(f64::from(width_px) * 1.6) {} }
+        }
+        SeriesShape::Marked(width_px) => html! {
+            path d="M1 8H31" stroke=(ink) stroke-width=(width_px) {}
+            circle cx="16" cy="8" r="4" fill=(ink) {}
+        },
+        SeriesShape::Ring => html! { circle cx="16" cy="8" r="6" fill="none" stroke=(ink) stroke-width="2.5" {} },
+        SeriesShape::Dots => html! { circle cx="16" cy="8" r="5" fill=(ink) {} },
+    }
 }
 
 /// Puts the page's colours and fonts in, and a title for those who cannot see.
-fn themed(svg: &str, title: &str) -> String {
-    let body = svg.split_once('>').map_or("", |(_, body)| body);
-    let (width, height) = SIZE_PX;
-    let mut page = format!("<svg viewBox=\"0 0 {width} {height}\" role=\"img\"><title>{title}</title>{body}");
+fn themed(svg: &str, title: &str) -> Markup {
+    let inside = svg.split_once('>').and_then(|(_, rest)| rest.trim_end().strip_suffix("</svg>"));
+    let mut inside = inside.unwrap_or_default().to_owned();
     let inks = Ink::ALL.iter().map(|ink| (ink.marker(), ink.variable()));
     for (RGBColor(r, g, b), variable) in inks.chain(MARKERS.map(|(marker, name)| (marker, name.to_owned()))) {
-        page = page.replace(&format!("\"#{r:02X}{g:02X}{b:02X}\""), &format!("\"var({variable})\""));
+        inside = inside.replace(&format!("\"#{r:02X}{g:02X}{b:02X}\""), &format!("\"var({variable})\""));
     }
-    page.replace(" font-family=\"sans-serif\"", "").replace(" opacity=\"1\"", "")
+    inside = inside.replace(" font-family=\"sans-serif\"", "").replace(" opacity=\"1\"", "");
+    let (width, height) = SIZE_PX;
+    // Plotters escapes the text that it draws.
+    html! { svg viewBox={ "0 0 " (width) " " (height) } role="img" { title { (title) } (PreEscaped(inside)) } }
 }
 
 /// Spans of both axes; none without a point.
@@ -319,7 +325,7 @@ mod tests {
 
     #[test]
     fn a_chart_holds_no_colour_of_its_own_and_its_text_is_text() {
-        let svg = chart(&axes(false), &[line(&[(0.0, 1.0), (1.0, 3.0)])]);
+        let svg = chart(&axes(false), &[line(&[(0.0, 1.0), (1.0, 3.0)])]).into_string();
         assert!(!svg.contains("\"#"), "{svg}");
         assert!(svg.contains("var(--s1)") && svg.contains("x in m") && svg.contains("<title>t &lt;1&gt;</title>"));
     }
@@ -328,10 +334,11 @@ mod tests {
     fn a_logarithmic_chart_skips_what_has_no_logarithm() {
         let axes = Axes { title: "t", x_log: true, y_log: true, ..Axes::default() };
         let points = vec![(0.0, 1.0), (1.0, 3.0), (10.0, 5.0)];
-        let svg = chart(&axes, &[Series { name: "a", ink: Ink::Four, shape: SeriesShape::Dots, runs: vec![points] }]);
+        let dots = Series { name: "a", ink: Ink::Four, shape: SeriesShape::Dots, runs: vec![points] };
+        let svg = chart(&axes, &[dots]).into_string();
         assert!(!svg.contains("\"#") && svg.contains("var(--s4)"), "{svg}");
         assert_eq!(svg.matches("<circle").count(), 2);
-        assert!(chart(&axes, &[]).contains("nothing was measured"));
+        assert!(chart(&axes, &[]).into_string().contains("nothing was measured"));
     }
 
     #[test]
@@ -346,7 +353,7 @@ mod tests {
     fn one_point_no_point_and_a_flat_line_are_charts_too() {
         for points in [&[][..], &[(1.0, 1.0)], &[(0.0, 0.0), (1.0, 0.0)]] {
             for equal in [false, true] {
-                let svg = chart(&axes(equal), &[line(points)]);
+                let svg = chart(&axes(equal), &[line(points)]).into_string();
                 assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
             }
         }

@@ -1,4 +1,4 @@
-//! Escapes text for use between tags and in quoted attributes of HTML and SVG.
+//! Escapes text for pictures that are written as SVG of their own. Pages escape by their templates.
 
 /// Text that is safe between tags and in quoted attributes.
 pub(crate) fn escaped(text: &str) -> String {
@@ -19,4 +19,14 @@ pub(crate) fn escaped(text: &str) -> String {
 /// Adds a line of text to an SVG; `class` sets how it looks and where it is anchored.
 pub(crate) fn svg_text(svg: &mut String, x_px: f64, y_px: f64, class: &str, words: &str) {
     *svg += &format!("<text x=\"{x_px:.1}\" y=\"{y_px:.1}\" class=\"{class}\">{}</text>\n", escaped(words));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn markup_in_names_stays_text() {
+        assert_eq!(escaped("<a href=\"x\">&'"), "&lt;a href=&quot;x&quot;&gt;&amp;&#39;");
+    }
 }

@@ -27,79 +27,66 @@ mod verdict;
 mod warnings;
 mod waterfall;
 
+use maud::{Markup, html};
+
 use crate::report::ladder_record::LadderRecord;
 use crate::report::record::Report;
 pub use parts::{FramePicture, FramePictures, Mark};
-use text::escaped;
+use parts::{document, pair, script, style};
 
 /// The whole page.
 pub fn html(report: &Report, pictures: &FramePictures) -> String {
-    let title = format!("{} \u{b7} sensel report", escaped(&report.scenario.name));
-    let body = [
-        header::header(report),
-        "<main>".to_owned(),
-        verdict::verdict(report),
-        alternatives::alternatives(report),
-        warnings::warnings(report),
-        waterfall::waterfall(report),
-        tiles::tiles(report),
-        frames::frames(pictures),
-        trajectory::trajectory(report),
-        pose_axes::pose_axes(report),
-        pose_axes::fused_and_alone(report),
-        pair(&pose_error::pose_error(report), &features::features(report)),
-        energy::energy(report),
-        gates::gates(report),
-        pair(&bandwidth::bandwidth(report), &timing::timing(report, pictures.waves.as_deref())),
-        plan::plan(report),
-        pair(&cost::cost(report), &config::hashes(report)),
-        report.ladder.as_ref().map_or_else(String::new, ladder::ladder),
-        config::config(report),
-        "</main>".to_owned(),
-        footer(report),
-    ];
-    page(&title, &body.join("\n"))
+    let body = html! {
+        (header::header(report))
+        main {
+            (verdict::verdict(report))
+            (alternatives::alternatives(report))
+            (warnings::warnings(report))
+            (waterfall::waterfall(report))
+            (tiles::tiles(report))
+            (frames::frames(pictures))
+            (trajectory::trajectory(report))
+            (pose_axes::pose_axes(report))
+            (pose_axes::fused_and_alone(report))
+            (pair(pose_error::pose_error(report), features::features(report)))
+            (energy::energy(report))
+            (gates::gates(report))
+            (pair(bandwidth::bandwidth(report), timing::timing(report, pictures.waves.as_deref())))
+            (plan::plan(report))
+            (pair(cost::cost(report), config::hashes(report)))
+            @if let Some(record) = &report.ladder { (ladder::ladder(record)) }
+            (config::config(report))
+        }
+        footer {
+            "sensel " (report.version) " \u{b7} report schema " (report.schema_version)
+            " \u{b7} every number on this page stands in report.json"
+        }
+    };
+    page(&format!("{} \u{b7} sensel report", report.scenario.name), body)
 }
 
 /// The page of a ladder alone.
 pub fn ladder_html(record: &LadderRecord) -> String {
-    let name = escaped(&record.scenario);
-    let head = format!("<header class=\"top\"><h1>{name}: what accuracy costs in time</h1></header>");
-    let foot = format!(
-        "<footer>sensel {} \u{b7} every number on this page stands in ladder.json</footer>",
-        escaped(&record.version)
-    );
-    let title = format!("{name} \u{b7} sensel ladder");
-    page(&title, &format!("{head}<main>{}</main>{foot}", ladder::ladder(record)))
-}
-
-/// Title and body, both safe already, in one file.
-fn page(title: &str, body: &str) -> String {
-    let style = include_str!("html/style.css");
-    let head = "<meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">";
-    // uPlot stands in the page once, and only where a chart zooms.
-    let zoom = if body.contains("<figure class=\"chart\" data-zooms>") {
-        let [style, plot, own] =
-            [include_str!("html/uplot.min.css"), include_str!("html/uplot.min.js"), include_str!("html/zoom.js")];
-        format!("<style>{style}</style>\n<script>{plot}</script>\n<script>\n{own}</script>\n")
-    } else {
-        String::new()
+    let name = &record.scenario;
+    let body = html! {
+        header.top { h1 { (name) ": what accuracy costs in time" } }
+        main { (ladder::ladder(record)) }
+        footer { "sensel " (record.version) " \u{b7} every number on this page stands in ladder.json" }
     };
-    format!(
-        "<!doctype html>\n<html lang=\"en\"><head>{head}<title>{title}</title>\n<style>\n{style}</style></head>\n\
-         <body>\n{body}\n{zoom}</body></html>\n"
-    )
+    page(&format!("{name} \u{b7} sensel ladder"), body)
 }
 
-/// Two sections side by side where the screen is wide enough.
-fn pair(left: &str, right: &str) -> String {
-    format!("<div class=\"pair\">{left}{right}</div>")
-}
-
-fn footer(report: &Report) -> String {
-    format!(
-        "<footer>sensel {} \u{b7} report schema {} \u{b7} every number on this page stands in report.json</footer>",
-        escaped(&report.version),
-        report.schema_version
-    )
+/// A page whose charts zoom.
+fn page(title: &str, body: Markup) -> String {
+    // uPlot stands in the page once, and only where a chart zooms.
+    let zooms = body.0.contains("<figure class=\"chart\" data-zooms>");
+    let body = html! {
+        (body)
+        @if zooms {
+            (style(include_str!("html/uplot.min.css")))
+            (script(include_str!("html/uplot.min.js")))
+            (script(include_str!("html/zoom.js")))
+        }
+    };
+    document(title, body).into_string()
 }

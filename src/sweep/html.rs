@@ -151,6 +151,7 @@ fn effect_part(effect: &FactorEffect, figure: &str) -> String {
             &axes,
             &[mean, chart::Series { name: "95 % interval", ink: Ink::One, shape: SeriesShape::Line(2), runs: bars }],
         )
+        .0
     });
     format!("<div class=\"pair\"><div>{table}</div>{picture}</div>")
 }
@@ -208,7 +209,7 @@ fn front_section(pair: &[String; 2], points: &[FrontPoint]) -> String {
          <th>on the front</th></tr></thead>\
          <tbody>{}</tbody></table></div></div></section>",
         escaped(&title),
-        chart(&axes, &series),
+        chart(&axes, &series).0,
         escaped(&x_label),
         escaped(&y_label),
         sorted.iter().map(row).collect::<String>()

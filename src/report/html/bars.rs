@@ -1,7 +1,8 @@
 //! Horizontal bars as a table, so that they are read by eye, by screen reader and at any width.
 
+use maud::{Markup, html};
+
 use crate::num::{greater, lesser};
-use crate::report::html::text::escaped;
 
 pub(super) struct Bar {
     pub label: String,
@@ -21,21 +22,31 @@ impl Bar {
 }
 
 /// All bars share one linear scale from 0 to the greatest value or whisker.
-pub(super) fn bars(caption: &str, bars: &[Bar]) -> String {
+pub(super) fn bars(caption: &str, bars: &[Bar]) -> Markup {
     let end = |bar: &Bar| bar.whisker.map_or(bar.value, |(_, high)| greater(bar.value, high));
     let full = bars.iter().map(end).fold(0.0, greater);
     let percent = |value: f64| if full > 0.0 { lesser(100.0 * value / full, 100.0) } else { 0.0 };
-    let mut html = format!("<table class=\"bars\"><caption>{}</caption><tbody>", escaped(caption));
-    for bar in bars {
-        let length = percent(bar.value);
-        html += &format!("<tr><th scope=\"row\">{}</th><td><div class=\"bar\">", escaped(&bar.label));
-        html += &format!("<i style=\"width:{length:.2}%\"></i>");
-        if let Some((low, high)) = bar.whisker {
-            let (left, right) = (percent(low), percent(high));
-            html += &format!("<b style=\"left:{left:.2}%;width:{:.2}%\"></b>", right - left);
+    let whisker = |(low, high): (f64, f64)| {
+        let (left, right) = (percent(low), percent(high));
+        format!("left:{left:.2}%;width:{:.2}%", right - left)
+    };
+    html! {
+        table.bars {
+            caption { (caption) }
+            tbody {
+                @for bar in bars {
+                    tr {
+                        th scope="row" { (bar.label) }
+                        td {
+                            div.bar {
+                                i style=(format!("width:{:.2}%", percent(bar.value))) {}
+                                @if let Some(ends) = bar.whisker { b style=(whisker(ends)) {} }
+                            }
+                        }
+                        td.num { (bar.text) }
+                    }
+                }
+            }
         }
-        html += &format!("</div></td><td class=\"num\">{}</td></tr>", escaped(&bar.text));
     }
-    html.push_str("</tbody></table>");
-    html
 }

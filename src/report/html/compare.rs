@@ -1,16 +1,16 @@
 //! The page of `sensel compare`: verdicts first, then every figure with its interval, pictures under a wiper, curves over each other.
 
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD;
+use maud::{Markup, Render, html};
 
-use super::parts::{section, table};
+use super::parts::Head::{Number, Text};
+use super::parts::{Table, script, section, table};
 use crate::num::{f64_from_usize, greater, lesser};
 use crate::plane::Plane;
 use crate::report::chart::{Axes, Ink, Series, chart, runs_of};
-use crate::report::compare::{Against, Comparison, FigureDifference, FinishedRun, KeyDifference, RunHead, Verdict};
-use crate::report::html::frames::png;
+use crate::report::compare::{Against, Comparison, FigureDifference, FinishedRun, Verdict};
+use crate::report::html::frames::png_uri;
 use crate::report::html::page;
-use crate::report::html::text::{digits, escaped, si};
+use crate::report::html::text::{digits, si};
 use crate::report::pose_series::pose_series;
 use crate::report::record::FrameRecord;
 
@@ -29,21 +29,20 @@ pub struct ComparedFrame {
 /// The whole page; `runs` are those of the comparison, in its order.
 pub fn compare_html(comparison: &Comparison, runs: &[FinishedRun], frames: &[ComparedFrame]) -> String {
     let names: Vec<String> = (0..runs.len()).map(letter).collect();
-    let head = header(comparison, &names);
-    let mut body = String::new();
-    for (other, name) in comparison.others.iter().zip(&names[1..]) {
-        body += &verdicts(other, name);
-        body += &config(other, name);
-        body += &figures(other, name);
-    }
-    body += &wiper(frames, &names);
-    body += &curves(runs, &names);
-    let foot = format!(
-        "<footer>sensel {} \u{b7} every number on this page stands in compare.json</footer>",
-        escaped(&comparison.version)
-    );
-    let title = format!("{} \u{b7} sensel compare", escaped(&comparison.base.scenario));
-    page(&title, &format!("{head}<main>{body}</main>{foot}"))
+    let body = html! {
+        (header(comparison, &names))
+        main {
+            @for (other, name) in comparison.others.iter().zip(&names[1..]) {
+                (verdicts(other, name))
+                (config(other, name))
+                (figures(other, name))
+            }
+            (wiper(frames, &names))
+            (curves(runs, &names))
+        }
+        footer { "sensel " (comparison.version) " \u{b7} every number on this page stands in compare.json" }
+    };
+    page(&format!("{} \u{b7} sensel compare", comparison.base.scenario), body)
 }
 
 /// A, B, C, ...
@@ -52,34 +51,36 @@ pub fn letter(at: usize) -> String {
     letters.chars().nth(at).map_or_else(|| format!("run {}", at + 1), String::from)
 }
 
-fn header(comparison: &Comparison, names: &[String]) -> String {
-    let row = |(head, name): (&RunHead, &String)| {
-        format!(
-            "<tr><th scope=\"row\">{name}</th><td>{}</td><td>{}</td><td class=\"num\">{}</td><td class=\"num\">{}</td>\
-             <td><code>{}</code></td></tr>",
-            escaped(&head.folder),
-            escaped(&head.scenario),
-            head.seed,
-            head.frames,
-            escaped(&head.config_hash.chars().take(12).collect::<String>())
-        )
+fn header(comparison: &Comparison, names: &[String]) -> Markup {
+    let runs = std::iter::once(&comparison.base).chain(comparison.others.iter().map(|other| &other.run));
+    let heads = [Text("run"), Text("folder"), Text("scenario"), Number("seed"), Number("frames"), Text("config")];
+    let rows = html! {
+        @for (run, name) in runs.zip(names) {
+            tr {
+                th scope="row" { (name) }
+                td { (run.folder) }
+                td { (run.scenario) }
+                td.num { (run.seed) }
+                td.num { (run.frames) }
+                td { code { (run.config_hash.chars().take(12).collect::<String>()) } }
+            }
+        }
     };
-    let heads = std::iter::once(&comparison.base).chain(comparison.others.iter().map(|other| &other.run));
-    let rows: String = heads.zip(names).map(row).collect();
-    let table = table("", "", "run|folder|scenario|#seed|#frames|config", &rows);
-    format!(
-        "<header class=\"top\"><p class=\"kicker\">sensel \u{b7} compare</p><h1>{}: {} against A</h1>{table}</header>",
-        escaped(&comparison.base.scenario),
-        names[1..].join(", ")
-    )
+    html! {
+        header.top {
+            p.kicker { "sensel \u{b7} compare" }
+            h1 { (comparison.base.scenario) ": " (names[1..].join(", ")) " against A" }
+            (table(&heads, rows))
+        }
+    }
 }
 
-fn verdicts(other: &Against, name: &str) -> String {
+fn verdicts(other: &Against, name: &str) -> Markup {
     let list = |verdict: Verdict| {
         let of = other.figures.iter().filter(|figure| figure.verdict == verdict);
         of.map(|figure| figure.name.as_str()).collect::<Vec<_>>().join(", ")
     };
-    let lines: String = [
+    let lines = [
         (Verdict::Better, "good", format!("{name} is better in")),
         (Verdict::Worse, "bad", format!("{name} is worse in")),
         (Verdict::Higher, "open", "Higher".to_owned()),
@@ -87,41 +88,36 @@ fn verdicts(other: &Against, name: &str) -> String {
         (Verdict::NoDifference, "open", "No difference in".to_owned()),
         (Verdict::TooFewFrames, "open", "Too few frames for".to_owned()),
         (Verdict::TooFewRuns, "open", "Too few runs for".to_owned()),
-    ]
-    .into_iter()
-    .filter_map(|(verdict, class, words)| {
-        let list = list(verdict);
-        (!list.is_empty()).then(|| {
-            format!("<li class=\"{class}\"><strong>{}</strong> <span>{}</span></li>", escaped(&words), escaped(&list))
-        })
-    })
-    .collect();
-    section(
-        &format!("{name} against A"),
-        &format!("{}. A verdict stands only where the 95 % interval excludes zero.", other.pairing),
-        &format!("<ul class=\"verdicts\">{lines}</ul>"),
-    )
+    ];
+    let content = html! {
+        ul.verdicts {
+            @for (verdict, class, words) in lines {
+                @let list = list(verdict);
+                @if !list.is_empty() { li class=(class) { strong { (words) } " " span { (list) } } }
+            }
+        }
+    };
+    let lead = format!("{}. A verdict stands only where the 95 % interval excludes zero.", other.pairing);
+    section(&format!("{name} against A"), &lead, content)
 }
 
-fn config(other: &Against, name: &str) -> String {
+fn config(other: &Against, name: &str) -> Markup {
     if other.config.is_empty() {
-        return section("Configuration", &format!("{name} and A have equal configurations."), "");
+        return section("Configuration", &format!("{name} and A have equal configurations."), Markup::default());
     }
-    let cell = |value: &Option<String>| match value {
-        Some(value) => format!("<td><code>{}</code></td>", escaped(value)),
-        None => "<td class=\"note\">not set</td>".to_owned(),
+    let cell = |value: &Option<String>| {
+        html! { @if let Some(value) = value { td { code { (value) } } } @else { td.note { "not set" } } }
     };
-    let row = |key: &KeyDifference| {
-        let name = escaped(&key.key);
-        format!("<tr><th scope=\"row\"><code>{name}</code></th>{}{}</tr>", cell(&key.a), cell(&key.b))
+    let rows = html! {
+        @for key in &other.config { tr { th scope="row" { code { (key.key) } } (cell(&key.a)) (cell(&key.b)) } }
     };
-    let rows: String = other.config.iter().map(row).collect();
-    let table = table("configuration", "", &format!("key|A|{name}"), &rows);
+    let heads = [Text("key"), Text("A"), Text(name)];
+    let table = Table { label: Some("configuration"), class: None, heads: &heads, rows };
     let lead = match other.config.len() {
         1 => "One key of the effective configuration differs.".to_owned(),
         count => format!("{count} keys of the effective configuration differ."),
     };
-    section("Configuration", &lead, &table)
+    section("Configuration", &lead, table.render())
 }
 
 /// A value with its unit; SI units get a prefix.
@@ -153,48 +149,58 @@ pub fn range([low, high]: [f64; 2], unit: &str) -> String {
     format!("{} to {}", change(low, unit), change(high, unit))
 }
 
-fn figures(other: &Against, name: &str) -> String {
-    let rows: String = other.figures.iter().map(figure_row).collect();
-    let scale = "\u{2212}100 % \u{2026} 0 \u{2026} +100 % of A";
-    let heads = format!("figure|#A|#{name}|#difference|#95 % interval|{scale}|verdict");
-    let table = table(&format!("figures of {name} against A"), "figures", &heads, &rows);
+fn figures(other: &Against, name: &str) -> Markup {
+    let heads = [
+        Text("figure"),
+        Number("A"),
+        Number(name),
+        Number("difference"),
+        Number("95 % interval"),
+        Text("\u{2212}100 % \u{2026} 0 \u{2026} +100 % of A"),
+        Text("verdict"),
+    ];
+    let rows = html! { @for figure in &other.figures { (figure_row(figure)) } };
+    let label = format!("figures of {name} against A");
+    let table = Table { label: Some(&label), class: Some("figures"), heads: &heads, rows };
     let lead = if other.paired_runs > 1 {
         "Means over pairs of runs; intervals by Student's t over the pairs. Pictures and curves are those of the first pair."
     } else {
         "Figures over the frames that both runs have; intervals by the moving-block bootstrap over frames. One run of each design cannot \
          show what varies between runs: for figures of pose, compare several (--against)."
     };
-    section("Figures", lead, &table)
+    section("Figures", lead, table.render())
 }
 
-fn figure_row(figure: &FigureDifference) -> String {
-    let cell =
-        |text: Option<String>| format!("<td class=\"num\">{}</td>", text.unwrap_or_else(|| "\u{2013}".to_owned()));
+fn figure_row(figure: &FigureDifference) -> Markup {
     let unit = &figure.unit;
     let class = match figure.verdict {
         Verdict::Better => "kept",
         Verdict::Worse => "left",
         _ => "soft",
     };
-    format!(
-        "<tr><th scope=\"row\">{}</th>{}{}{}{}<td>{}</td><td class=\"{class}\">{}</td></tr>",
-        escaped(&figure.name),
-        cell(figure.a.map(|a| quantity(a, unit))),
-        cell(figure.b.map(|b| quantity(b, unit))),
-        cell(figure.difference.map(|difference| change(difference, unit))),
-        cell(figure.interval.map(|interval| range(interval, unit))),
-        forest(figure),
-        figure.verdict.words()
-    )
+    let numbers = [
+        figure.a.map(|a| quantity(a, unit)),
+        figure.b.map(|b| quantity(b, unit)),
+        figure.difference.map(|difference| change(difference, unit)),
+        figure.interval.map(|interval| range(interval, unit)),
+    ];
+    html! {
+        tr {
+            th scope="row" { (figure.name) }
+            @for number in numbers { td.num { (number.as_deref().unwrap_or("\u{2013}")) } }
+            td { (forest(figure)) }
+            td class=(class) { (figure.verdict.words()) }
+        }
+    }
 }
 
 /// The interval as a bar about zero, in shares of A, cut at 100 %.
-fn forest(figure: &FigureDifference) -> String {
+fn forest(figure: &FigureDifference) -> Markup {
     let (Some(a), Some(difference), Some([low, high])) = (figure.a, figure.difference, figure.interval) else {
-        return String::new();
+        return Markup::default();
     };
     if a == 0.0 {
-        return String::new();
+        return Markup::default();
     }
     let x_of = |value: f64| 80.0 + 76.0 * greater(-1.0, lesser(1.0, value / a.abs()));
     let (from, to) = (x_of(low), x_of(high));
@@ -203,54 +209,55 @@ fn forest(figure: &FigureDifference) -> String {
         Verdict::Worse => "bad",
         _ => "open",
     };
-    format!(
-        "<svg class=\"forest {class}\" viewBox=\"0 0 160 16\" aria-hidden=\"true\"><path class=\"zero\" d=\"M80 0V16\"/>\
-         <path class=\"span\" d=\"M{from:.1} 8H{:.1}\"/><circle cx=\"{:.1}\" cy=\"8\" r=\"3.5\"/></svg>",
-        greater(to, from + 0.5),
-        x_of(difference)
-    )
+    let interval = format!("M{from:.1} 8H{:.1}", greater(to, from + 0.5));
+    html! {
+        svg.forest.(class) viewBox="0 0 160 16" aria-hidden="true" {
+            path.zero d="M80 0V16" {}
+            path.span d=(interval) {}
+            circle cx=(format!("{:.1}", x_of(difference))) cy="8" r="3.5" {}
+        }
+    }
 }
 
 /// Two pictures of one frame under a handle that moves the seam between them.
-fn wiper(frames: &[ComparedFrame], names: &[String]) -> String {
-    let Some(first) = frames.first() else { return String::new() };
-    let uri = |picture: &Plane<u8>| format!("data:image/png;base64,{}", STANDARD.encode(png(picture)));
-    let source = |frame: &ComparedFrame| {
-        let list: Vec<String> = frame.pictures.iter().map(|picture| format!("\"{}\"", uri(picture))).collect();
-        format!("[{}],", list.join(","))
-    };
-    let sources = format!("[{}]", frames.iter().map(source).collect::<String>());
+fn wiper(frames: &[ComparedFrame], names: &[String]) -> Markup {
+    let Some(first) = frames.first() else { return Markup::default() };
+    let (left, right) = (&first.pictures[0], &first.pictures[1.min(first.pictures.len() - 1)]);
     let options = |chosen: usize| {
-        let option = |(at, name): (usize, &String)| {
-            let selected = if at == chosen { " selected" } else { "" };
-            format!("<option value=\"{at}\"{selected}>{name}</option>")
-        };
-        names.iter().enumerate().map(option).collect::<String>()
+        html! { @for (at, name) in names.iter().enumerate() { option value=(at) selected[at == chosen] { (name) } } }
     };
-    let caption =
-        |(at, frame): (usize, &ComparedFrame)| format!("<option value=\"{at}\">{}</option>", escaped(&frame.caption));
-    let captions: String = frames.iter().enumerate().map(caption).collect();
-    let (width, height) = (first.pictures[0].width_px(), first.pictures[0].height_px());
-    let content = format!(
-        "<div class=\"wiper-controls\"><label>frame <select id=\"wiper-frame\">{captions}</select></label>\
-         <label>left <select id=\"wiper-left\">{}</select></label><label>right <select id=\"wiper-right\">{}</select></label></div>\
-         <div class=\"wiper\" id=\"wiper\" style=\"aspect-ratio:{width}/{height}\">\
-         <img id=\"wiper-a\" alt=\"the left run's picture\" src=\"{}\">\
-         <img id=\"wiper-b\" alt=\"the right run's picture\" src=\"{}\"><i></i>\
-         <input type=\"range\" min=\"0\" max=\"100\" value=\"50\" step=\"0.5\" id=\"wiper-at\" \
-         aria-label=\"seam between the pictures, in per cent \
-         from the left\"></div><script>\n{}\n</script>",
-        options(0),
-        options(1),
-        uri(&first.pictures[0]),
-        uri(&first.pictures[1.min(first.pictures.len() - 1)]),
-        include_str!("wiper.js").replace("SOURCES", &sources)
-    );
+    let content = html! {
+        div.wiper-controls {
+            label {
+                "frame "
+                select #wiper-frame { @for (at, frame) in frames.iter().enumerate() { option value=(at) { (frame.caption) } } }
+            }
+            label { "left " select #wiper-left { (options(0)) } }
+            label { "right " select #wiper-right { (options(1)) } }
+        }
+        div.wiper #wiper style={ "aspect-ratio:" (left.width_px()) "/" (left.height_px()) } {
+            img #wiper-a alt="the left run's picture" src=(png_uri(left));
+            img #wiper-b alt="the right run's picture" src=(png_uri(right));
+            i {}
+            input type="range" min="0" max="100" value="50" step="0.5" #wiper-at
+                aria-label="seam between the pictures, in per cent from the left";
+        }
+        (script(&include_str!("wiper.js").replace("SOURCES", &sources(frames))))
+    };
     let lead = "Camera 0, codes as they left the converters. Drag the seam, or move it with the arrow keys.";
-    section("Pictures", lead, &content)
+    section("Pictures", lead, content)
 }
 
-fn curves(runs: &[FinishedRun], names: &[String]) -> String {
+/// Pictures of each frame as the script reads them.
+fn sources(frames: &[ComparedFrame]) -> String {
+    let source = |frame: &ComparedFrame| {
+        let list: Vec<String> = frame.pictures.iter().map(|picture| format!("\"{}\"", png_uri(picture))).collect();
+        format!("[{}],", list.join(","))
+    };
+    format!("[{}]", frames.iter().map(source).collect::<String>())
+}
+
+fn curves(runs: &[FinishedRun], names: &[String]) -> Markup {
     let shown = runs.len().min(INKS.len());
     let poses: Vec<_> = runs[..shown]
         .iter()
@@ -268,7 +275,7 @@ fn curves(runs: &[FinishedRun], names: &[String]) -> String {
     };
     let one = |title: &str, y_label: &str, values: &dyn Fn(usize, usize, &FrameRecord) -> Option<f64>| {
         let axes = Axes { from_zero: true, ..Axes::over_time(title, y_label) };
-        format!("<div><h3>{title}</h3>{}</div>", chart(&axes, &series(values)))
+        html! { div { h3 { (title) } (chart(&axes, &series(values))) } }
     };
     let charts = [
         one("Position error", "position error in mm", &|run, frame, _| {
@@ -290,5 +297,5 @@ fn curves(runs: &[FinishedRun], names: &[String]) -> String {
     } else {
         "Frame by frame, each run after its own alignment.".to_owned()
     };
-    section("Curves", &lead, &format!("<div class=\"pair\">{}</div>", charts.concat()))
+    section("Curves", &lead, html! { div.pair { @for chart in charts { (chart) } } })
 }

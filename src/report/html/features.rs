@@ -1,11 +1,13 @@
 //! Features found and tracked over time, and the picture's brightness beside them.
 
+use maud::{Markup, html};
+
 use super::parts::section;
 use crate::report::chart::{Axes, Ink, Series, chart};
 use crate::report::html::text::digits;
 use crate::report::record::{FrameRecord, Report};
 
-pub(super) fn features(report: &Report) -> String {
+pub(super) fn features(report: &Report) -> Markup {
     let line = |name, ink, width_px, value: fn(&FrameRecord) -> f64| {
         let points = report.frames.iter().map(|frame| (frame.t_s, value(frame))).collect();
         Series::line(name, ink, width_px, vec![points])
@@ -15,11 +17,11 @@ pub(super) fn features(report: &Report) -> String {
         line("used by the tracker", Ink::One, 3, |frame| f64::from(frame.tracked)),
     ];
     let codes = [line("mean code", Ink::One, 2, |frame| frame.mean_code_dn)];
-    let content = format!(
-        "{}<h3>Brightness</h3>{}",
-        chart(&Axes { from_zero: true, ..Axes::over_time("Features over time", "features") }, &counts),
-        chart(&Axes::over_time("Mean code over time", "mean code in DN"), &codes)
-    );
+    let content = html! {
+        (chart(&Axes { from_zero: true, ..Axes::over_time("Features over time", "features") }, &counts))
+        h3 { "Brightness" }
+        (chart(&Axes::over_time("Mean code over time", "mean code in DN"), &codes))
+    };
     let number = |value: Option<f64>| value.map_or("no".to_owned(), digits);
     let lead = format!(
         "{} features found per camera and frame, {} tracked per frame (medians).",
@@ -42,5 +44,5 @@ pub(super) fn features(report: &Report) -> String {
         ),
         None => lead,
     };
-    section("Features", &lead, &content)
+    section("Features", &lead, content)
 }

@@ -1,9 +1,11 @@
 //! The head of the page: what was simulated.
 
-use crate::report::html::text::{digits, escaped, grouped, si};
+use maud::{Markup, html};
+
+use crate::report::html::text::{digits, grouped, si};
 use crate::report::record::Report;
 
-pub(super) fn header(report: &Report) -> String {
+pub(super) fn header(report: &Report) -> Markup {
     let scenario = &report.scenario;
     let summary = format!(
         "The rig follows {} through {}, lit to {} lux ({}, {}): {} frames in {}, {} of path.",
@@ -16,13 +18,14 @@ pub(super) fn header(report: &Report) -> String {
         si(scenario.duration_s, "s"),
         si(scenario.path_m, "m"),
     );
-    let chips: String = chips(report).iter().map(|chip| format!("<li>{}</li>", escaped(chip))).collect();
-    format!(
-        "<header class=\"top\"><p class=\"kicker\">sensel \u{b7} from photons to pose</p><h1>{}</h1><p>{}</p>\
-         <ul class=\"chips\">{chips}</ul></header>",
-        escaped(&scenario.name),
-        escaped(&summary)
-    )
+    html! {
+        header.top {
+            p.kicker { "sensel \u{b7} from photons to pose" }
+            h1 { (scenario.name) }
+            p { (summary) }
+            ul.chips { @for chip in chips(report) { li { (chip) } } }
+        }
+    }
 }
 
 fn chips(report: &Report) -> Vec<String> {

@@ -1,8 +1,10 @@
 //! What accuracy costs in time, at a glance: rungs as bars, each knob as a curve, and what the same settings do to the pose.
 
+use maud::{Markup, html};
+
 use crate::num::{greater, lesser};
 use crate::report::chart::{Axes, Ink, Note, Series, SeriesShape, chart};
-use crate::report::html::text::{digits, escaped, si};
+use crate::report::html::text::{digits, si};
 use crate::report::ladder_record::{LadderRecord, LadderRow};
 
 /// Knob of the record, its name for a person and its colour.
@@ -27,39 +29,39 @@ pub(super) fn in_use(record: &LadderRecord) -> Option<&LadderRow> {
     record.rows.iter().find(|row| row.knob == "rung" && row.rung == "sampled")
 }
 
-pub(super) fn rungs(record: &LadderRecord) -> String {
+pub(super) fn rungs(record: &LadderRecord) -> Markup {
     let of = |name: &str| record.rows.iter().find(|row| row.knob == "rung" && row.rung == name);
     let times = || RUNGS.iter().filter_map(|(name, _)| of(name)).map(|row| row.ms_per_frame).filter(|ms| *ms > 0.0);
     let (least, most) = (times().fold(f64::INFINITY, lesser), times().fold(0.0, greater));
     if !(most > 0.0) {
-        return String::new();
+        return Markup::default();
     }
     let base_ms = in_use(record).map_or(least, |row| row.ms_per_frame);
     // One decade below the quickest is the left end.
     let left = libm::log10(least) - 0.5;
     let share = |ms: f64| 100.0 * (libm::log10(ms) - left) / (libm::log10(most) - left);
-    let row = |(name, words): &(&str, &str)| {
-        let found = of(name);
-        let timed = found.filter(|row| row.ms_per_frame > 0.0);
-        let (bar, time) = match timed {
-            Some(row) => (
-                format!("<div class=\"bar\"><i style=\"width:{:.1}%\"></i></div>", share(row.ms_per_frame)),
-                format!("{} ({} \u{d7})", si(row.ms_per_frame * 1e-3, "s"), digits(row.ms_per_frame / base_ms)),
-            ),
-            None => {
-                let why = found.and_then(|row| row.note.clone()).unwrap_or_else(|| "not measured".to_owned());
-                (format!("<span class=\"note\">{}</span>", escaped(&why)), String::new())
+    html! {
+        h3 { "Rungs" }
+        table.bars.rungs {
+            caption { "Time of a frame on each rung, logarithmic; in brackets against sampled" }
+            tbody {
+                @for (name, words) in RUNGS {
+                    @let found = of(name);
+                    @let timed = found.filter(|row| row.ms_per_frame > 0.0);
+                    tr {
+                        th scope="row" { (name) br; small.soft { (words) } }
+                        @if let Some(LadderRow { ms_per_frame: ms, .. }) = timed {
+                            td { div.bar { i style=(format!("width:{:.1}%", share(*ms))) {} } }
+                            td.num { (si(ms * 1e-3, "s")) " (" (digits(ms / base_ms)) " \u{d7})" }
+                        } @else {
+                            td { span.note { (found.and_then(|row| row.note.as_deref()).unwrap_or("not measured")) } }
+                            td.num {}
+                        }
+                    }
+                }
             }
-        };
-        format!(
-            "<tr><th scope=\"row\">{name}<br><small class=\"soft\">{words}</small></th><td>{bar}</td><td class=\"num\">{time}</td></tr>"
-        )
-    };
-    format!(
-        "<h3>Rungs</h3><table class=\"bars rungs\"><caption>Time of a frame on each rung, logarithmic; in brackets against sampled\
-         </caption><tbody>{}</tbody></table>",
-        RUNGS.iter().map(row).collect::<String>()
-    )
+        }
+    }
 }
 
 /// Rows of a knob with a figure, by time.
@@ -78,11 +80,11 @@ fn plot(
     (y_label, y_log): (&str, bool),
     figure: &dyn Fn(&LadderRow) -> Option<f64>,
     level: Option<(f64, &str)>,
-) -> String {
+) -> Markup {
     let curves: Vec<_> = KNOBS.map(|(knob, name, ink)| (name, ink, curve(record, knob, figure))).into();
     let all = || curves.iter().flat_map(|(_, _, points)| points);
     if all().next().is_none() {
-        return format!("<p class=\"note\">{title}: nothing was measured.</p>");
+        return html! { p.note { (title) ": nothing was measured." } };
     }
     let times = || all().map(|point| point.0);
     let (from, to) = (times().fold(f64::INFINITY, lesser), times().fold(0.0, greater));
@@ -109,7 +111,7 @@ fn plot(
     }
     let axes =
         Axes { title, x_label: "processor time in ms a frame", y_label, x_log: true, y_log, notes, ..Axes::default() };
-    format!("<div><h3>{title}</h3>{}</div>", chart(&axes, &series))
+    html! { div { h3 { (title) } (chart(&axes, &series)) } }
 }
 
 /// A value as it fits beside its point.
@@ -118,7 +120,7 @@ fn short(value: &str) -> String {
 }
 
 /// Error, jitter and features of every knob over time.
-pub(super) fn charts(record: &LadderRecord) -> String {
+pub(super) fn charts(record: &LadderRecord) -> Markup {
     // The finest render that was tracked: what is left there is the sensor's.
     let fineness = |row: &&LadderRow| row.photon_noise_ratio.unwrap_or(0.0);
     let tracked = record.rows.iter().filter(|row| row.jitter_d2_m.is_some());
@@ -138,5 +140,5 @@ pub(super) fn charts(record: &LadderRecord) -> String {
     let position = plot(record, "Position error", ("ATE in mm", true), &|row| millimetres(row.ate_m), None);
     let f1_label = ("F1 against the reference", false);
     let features = plot(record, "Features found again", f1_label, &|row| row.feature_f1, None);
-    format!("{error}<div class=\"pair\">{jitter}{position}{features}</div>")
+    html! { (error) div.pair { (jitter) (position) (features) } }
 }

@@ -1,7 +1,8 @@
-//! What all sections of the report share: their heading, colours, and the pictures they show.
+//! What pages share: the document, its sections and tables, and the pictures that a report shows.
+
+use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 
 use super::super::record::Report;
-use super::text::escaped;
 use crate::plane::Plane;
 
 /// Frames to show.
@@ -35,31 +36,92 @@ pub struct Mark {
     pub tracked: bool,
 }
 
-/// A section with its heading and a sentence that says what it shows.
-pub(super) fn section(heading: &str, lead: &str, content: &str) -> String {
-    format!("<section><h2>{}</h2><p class=\"soft\">{}</p>{content}</section>", escaped(heading), escaped(lead))
+/// A whole page in the reports' style.
+pub(crate) fn document(title: &str, body: Markup) -> Markup {
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) }
+                (style(include_str!("style.css")))
+            }
+            body { (body) }
+        }
+    }
 }
 
-/// A table that scrolls where the page is too narrow. `heads` are its columns with | between, those of numbers with # in front, one
-/// without a name empty; `label` is for screen readers. Label and class may be empty.
-pub(super) fn table(label: &str, class: &str, heads: &str, rows: &str) -> String {
-    let head = |name: &str| match name.strip_prefix('#') {
-        Some(name) => format!("<th scope=\"col\" class=\"num\">{name}</th>"),
-        None if name.is_empty() => "<td></td>".to_owned(),
-        None => format!("<th scope=\"col\">{name}</th>"),
-    };
-    let heads: String = heads.split('|').map(head).collect();
-    let region = if label.is_empty() { String::new() } else { format!(" role=\"region\" aria-label=\"{label}\"") };
-    let class = if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
-    format!(
-        "<div class=\"scroll\" tabindex=\"0\"{region}><table{class}><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table></div>"
-    )
+/// A style sheet inside the page. Not escaped, since browsers decode no character references in it; must not contain `</style`.
+pub(crate) fn style(css: &str) -> Markup {
+    html! { style { (PreEscaped(css)) } }
+}
+
+/// A script inside the page. Not escaped, for the same reason; must not contain `</script`.
+pub(crate) fn script(code: &str) -> Markup {
+    html! { script { (PreEscaped(code)) } }
+}
+
+/// A section with its heading and a sentence that says what it shows.
+pub(crate) fn section(heading: &str, lead: &str, content: Markup) -> Markup {
+    html! { section { h2 { (heading) } p.soft { (lead) } (content) } }
+}
+
+/// Two parts side by side where the screen is wide enough.
+pub(crate) fn pair(left: Markup, right: Markup) -> Markup {
+    html! { div.pair { (left) (right) } }
+}
+
+/// Head of a column.
+pub(super) enum Head<'a> {
+    Text(&'a str),
+    /// Aligned with numbers below it.
+    Number(&'a str),
+    Nameless,
+}
+
+impl Render for Head<'_> {
+    fn render(&self) -> Markup {
+        match self {
+            Self::Text(name) => html! { th scope="col" { (name) } },
+            Self::Number(name) => html! { th.num scope="col" { (name) } },
+            Self::Nameless => html! { td {} },
+        }
+    }
+}
+
+/// A table that scrolls where the page is too narrow.
+pub(super) struct Table<'a> {
+    /// For screen readers.
+    pub label: Option<&'a str>,
+    pub class: Option<&'a str>,
+    pub heads: &'a [Head<'a>],
+    pub rows: Markup,
+}
+
+impl Render for Table<'_> {
+    fn render(&self) -> Markup {
+        html! {
+            div.scroll tabindex="0" role=[self.label.map(|_| "region")] aria-label=[self.label] {
+                table class=[self.class] {
+                    thead { tr { @for head in self.heads { (head) } } }
+                    tbody { (self.rows) }
+                }
+            }
+        }
+    }
+}
+
+/// A table without label and class.
+pub(super) fn table(heads: &[Head<'_>], rows: Markup) -> Markup {
+    Table { label: None, class: None, heads, rows }.render()
 }
 
 /// A paragraph with the reason why a figure has no value, if there is one.
-pub(super) fn reason(report: &Report, path: &str) -> String {
-    match report.not_measurable.get(path) {
-        Some(reason) => format!("<p class=\"note\">Not measured: {}.</p>", escaped(reason)),
-        None => String::new(),
+pub(super) fn reason(report: &Report, path: &str) -> Markup {
+    html! {
+        @if let Some(reason) = report.not_measurable.get(path) {
+            p.note { "Not measured: " (reason) "." }
+        }
     }
 }

@@ -1,28 +1,29 @@
 //! The position error over time, and all pose figures in a table.
 
+use maud::{Markup, html};
+
 use super::parts::section;
 use crate::report::chart::{Axes, Ink, Series, chart, runs_of};
-use crate::report::html::text::{digits, escaped, percent, si};
-use crate::report::record::{Report, TrackingEvent};
+use crate::report::html::text::{digits, percent, si};
+use crate::report::record::Report;
 
 /// Events that the page lists.
 const EVENTS_MAX: usize = 20;
 
-pub(super) fn pose_error(report: &Report) -> String {
+pub(super) fn pose_error(report: &Report) -> Markup {
     let points = report.frames.iter().map(|frame| (frame.t_s, frame.error_m.map(|error_m| 1e3 * error_m)));
     let series = [Series::line("position error", Ink::Two, 2, runs_of(points))];
     let frame = Axes { from_zero: true, ..Axes::over_time("Position error over time", "position error in mm") };
-    let content =
-        format!("{}{}{}{}{}", chart(&frame, &series), gaps(report), spectrum(report), table(report), events(report));
-    section("Pose error", "Distance between estimate and truth at each frame, after rigid alignment.", &content)
+    let content = html! { (chart(&frame, &series)) (gaps(report)) (spectrum(report)) (table(report)) (events(report)) };
+    section("Pose error", "Distance between estimate and truth at each frame, after rigid alignment.", content)
 }
 
 /// How the error is spread over frequency: drift on the left, jitter on the right.
-fn spectrum(report: &Report) -> String {
+fn spectrum(report: &Report) -> Markup {
     let points: Vec<(f64, f64)> =
         report.tracking.jitter_spectrum.iter().map(|point| (point.frequency_hz, 1e3 * point.m_per_rthz)).collect();
     if points.is_empty() {
-        return String::new();
+        return Markup::default();
     }
     let series = [Series::line("position error", Ink::Two, 2, vec![points])];
     let frame = Axes {
@@ -33,41 +34,42 @@ fn spectrum(report: &Report) -> String {
         y_log: true,
         ..Axes::default()
     };
-    format!("<h3>Spectrum of the position error</h3>{}", chart(&frame, &series))
+    html! { h3 { "Spectrum of the position error" } (chart(&frame, &series)) }
 }
 
 /// Start, loss and return with their times.
-fn events(report: &Report) -> String {
-    let row = |event: &TrackingEvent| {
-        format!(
-            "<tr><th scope=\"row\">{}{}</th><td class=\"num\">{}</td><td class=\"num\">{:.3}\u{a0}s</td></tr>",
-            escaped(&event.event),
-            event.reason.as_ref().map(|reason| format!(": {}", escaped(reason))).unwrap_or_default(),
-            event.frame.map(|frame| format!("frame {frame}")).unwrap_or_default(),
-            event.t_s
-        )
-    };
+fn events(report: &Report) -> Markup {
     let events = &report.tracking.events;
     if events.is_empty() {
-        return String::new();
+        return Markup::default();
     }
     // A run that is lost often would make a page of its own; report.json holds them all.
-    let rows: String = events.iter().take(EVENTS_MAX).map(row).collect();
     let more = events.len().saturating_sub(EVENTS_MAX);
-    let rest = if more > 0 { format!("<p class=\"note\">And {more} more.</p>") } else { String::new() };
-    format!("<table><caption>What happened to the tracker</caption><tbody>{rows}</tbody></table>{rest}")
+    html! {
+        table {
+            caption { "What happened to the tracker" }
+            tbody {
+                @for event in events.iter().take(EVENTS_MAX) {
+                    tr {
+                        th scope="row" { (event.event) @if let Some(reason) = &event.reason { ": " (reason) } }
+                        td.num { @if let Some(frame) = event.frame { "frame " (frame) } }
+                        td.num { (format!("{:.3}", event.t_s)) "\u{a0}s" }
+                    }
+                }
+            }
+        }
+        @if more > 0 { p.note { "And " (more) " more." } }
+    }
 }
 
 /// Says what a break in the line means, where there is one.
-fn gaps(report: &Report) -> String {
+fn gaps(report: &Report) -> Markup {
     let missing = report.frames.iter().filter(|frame| frame.error_m.is_none()).count();
-    match (missing, report.not_measurable.get("frames.error_m")) {
-        (1.., Some(why)) => format!("<p class=\"note\">{missing} frames without a value: {}.</p>", escaped(why)),
-        _ => String::new(),
-    }
+    let why = report.not_measurable.get("frames.error_m").filter(|_| missing > 0);
+    html! { @if let Some(why) = why { p.note { (missing) " frames without a value: " (why) "." } } }
 }
 
-fn table(report: &Report) -> String {
+fn table(report: &Report) -> Markup {
     let tracking = &report.tracking;
     let metres = |value: Option<f64>| value.map(|value| si(value, "m"));
     let interval = |ends: Option<[f64; 2]>| ends.map(|[low, high]| format!("{} to {}", si(low, "m"), si(high, "m")));
@@ -101,17 +103,23 @@ fn table(report: &Report) -> String {
         ),
         ("relocalise_s", "Time to come back from a loss, median", tracking.relocalise_s.map(|value| si(value, "s"))),
     ];
-    let row = |(key, name, value): &(&str, &str, Option<String>)| {
-        let why = report.not_measurable.get(&format!("tracking.{key}"));
-        let cell = match (value, why) {
-            (Some(value), _) => format!("<td class=\"num\">{}</td>", escaped(value)),
-            (None, Some(why)) => format!("<td class=\"note\">not measured: {}</td>", escaped(why)),
-            (None, None) => "<td class=\"note\">not measured</td>".to_owned(),
-        };
-        format!("<tr><th scope=\"row\">{}</th>{cell}</tr>", escaped(name))
-    };
-    format!(
-        "<table><caption>Further figures of the pose</caption><tbody>{}</tbody></table>",
-        rows.iter().map(row).collect::<String>()
-    )
+    html! {
+        table {
+            caption { "Further figures of the pose" }
+            tbody {
+                @for (key, name, value) in rows {
+                    tr {
+                        th scope="row" { (name) }
+                        @if let Some(value) = value {
+                            td.num { (value) }
+                        } @else if let Some(why) = report.not_measurable.get(&format!("tracking.{key}")) {
+                            td.note { "not measured: " (why) }
+                        } @else {
+                            td.note { "not measured" }
+                        }
+                    }
+                }
+            }
+        }
+    }
 }

@@ -1,16 +1,17 @@
 //! The key figures in large type, each with its unit and what it means.
 
+use maud::{Markup, html};
+
 use crate::report::html::energy::factor_of;
-use crate::report::html::text::{digits, digits_within, escaped, grouped, percent, si, si_parts};
+use crate::report::html::text::{digits, digits_within, grouped, percent, si, si_parts};
 use crate::report::html::verdict::RENDER_MAX;
 use crate::report::record::Report;
 
-pub(super) fn tiles(report: &Report) -> String {
-    let all = [pose_tiles(report), sensor_tiles(report)].concat();
-    format!("<dl class=\"tiles\">{all}</dl>")
+pub(super) fn tiles(report: &Report) -> Markup {
+    html! { dl.tiles { (pose_tiles(report)) (sensor_tiles(report)) } }
 }
 
-fn pose_tiles(report: &Report) -> String {
+fn pose_tiles(report: &Report) -> Markup {
     let tracking = &report.tracking;
     let metres = |value: Option<f64>| value.map(|value| si_parts(value, "m"));
     let why =
@@ -33,17 +34,16 @@ fn pose_tiles(report: &Report) -> String {
     let frame_meaning = why("tracking.jitter_frame_m", &frame_meaning);
     let rpe_meaning = why("tracking.rpe_m", "RMS error of the motion between poses one second apart.");
     let median = report.features.median_tracked.map(|value| (digits(value), "per frame".to_owned()));
-    [
-        tile("Position error (ATE)", metres(tracking.ate_m), &ate_meaning),
-        tile("Frame jitter (RPE over one frame)", metres(tracking.jitter_frame_m), &frame_meaning),
-        tile("Second-difference jitter (d2)", metres(d2_m), &d2_meaning),
-        tile("Drift over one second (RPE)", metres(tracking.rpe_m), &rpe_meaning),
-        tile("Features tracked", median, &tracked),
-    ]
-    .concat()
+    html! {
+        (tile("Position error (ATE)", metres(tracking.ate_m), &ate_meaning))
+        (tile("Frame jitter (RPE over one frame)", metres(tracking.jitter_frame_m), &frame_meaning))
+        (tile("Second-difference jitter (d2)", metres(d2_m), &d2_meaning))
+        (tile("Drift over one second (RPE)", metres(tracking.rpe_m), &rpe_meaning))
+        (tile("Features tracked", median, &tracked))
+    }
 }
 
-fn sensor_tiles(report: &Report) -> String {
+fn sensor_tiles(report: &Report) -> Markup {
     let (energy, bandwidth, fps) = (&report.energy, &report.bandwidth, report.timing.fps);
     // A sensor that sleeps between frames has another mean than its frame rate says.
     let mw_per_pj = if energy.total_pj_per_frame > 0.0 { energy.power_mw / energy.total_pj_per_frame } else { 0.0 };
@@ -60,19 +60,15 @@ fn sensor_tiles(report: &Report) -> String {
         None => why_no_features(report),
     };
     let within = |value: f64, unit: &str| Some((digits_within(value, factor), unit.to_owned()));
-    let latency = "From the middle of the exposure to the last bit of the frame\u{2019}s last packet on the lanes, the extractor \
+    let energy_meaning = "Per pixel and frame, from photodiode to the last byte on the link.";
+    let latency_meaning = "From the middle of the exposure to the last bit of the frame\u{2019}s last packet on the lanes, the extractor \
                    included; the longest of the run.";
-    [
-        tile("Power", within(energy.power_mw, "mW"), &range),
-        tile(
-            "Energy a pixel",
-            within(energy.pj_per_pixel, "pJ"),
-            "Per pixel and frame, from photodiode to the last byte on the link.",
-        ),
-        tile("Raw pixels", Some(si_parts(bandwidth.raw_bits_per_frame * fps, "bit/s")), &reduction),
-        tile("Latency", Some(si_parts(report.timing.latency_us * 1e-6, "s")), latency),
-    ]
-    .concat()
+    html! {
+        (tile("Power", within(energy.power_mw, "mW"), &range))
+        (tile("Energy a pixel", within(energy.pj_per_pixel, "pJ"), energy_meaning))
+        (tile("Raw pixels", Some(si_parts(bandwidth.raw_bits_per_frame * fps, "bit/s")), &reduction))
+        (tile("Latency", Some(si_parts(report.timing.latency_us * 1e-6, "s")), latency_meaning))
+    }
 }
 
 /// Pixels over features, in words: features may need more.
@@ -88,15 +84,20 @@ pub(super) fn why_no_features(report: &Report) -> String {
 }
 
 /// `value` is number and unit, none where it could not be measured.
-fn tile(name: &str, value: Option<(String, String)>, meaning: &str) -> String {
-    let value = match value {
-        Some((number, unit)) => {
-            format!("<p class=\"number\">{} <small>{}</small></p>", escaped(&number), escaped(&unit))
+fn tile(name: &str, value: Option<(String, String)>, meaning: &str) -> Markup {
+    html! {
+        div.tile {
+            dt { (name) }
+            dd {
+                @if let Some((number, unit)) = value {
+                    p.number { (number) " " small { (unit) } }
+                } @else {
+                    p.none { "not measured" }
+                }
+                p { (meaning) }
+            }
         }
-        None => "<p class=\"none\">not measured</p>".to_owned(),
-    };
-    let (name, meaning) = (escaped(name), escaped(meaning));
-    format!("<div class=\"tile\"><dt>{name}</dt><dd>{value}<p>{meaning}</p></dd></div>")
+    }
 }
 
 /// Says so where the renderer's own noise is no small part of the photons', because it is in every error of the pose as well.

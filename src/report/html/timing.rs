@@ -1,9 +1,12 @@
 //! Where the time of a line and of a frame goes, as lanes, with the same spans as a table.
 
+use maud::{Markup, html};
+
+use super::parts::Head::{Number, Text};
 use super::parts::{self, section};
 use crate::num::{f64_from_u64, f64_from_usize};
 use crate::report::html::power_strip;
-use crate::report::html::text::{digits, escaped, grouped, si};
+use crate::report::html::text::{digits, grouped, si};
 use crate::report::record::{Phase, Report};
 
 /// Width of a lane on a common screen, and of a letter in it: a span too narrow for its name goes without; the table
@@ -12,7 +15,7 @@ const LANE_PX: f64 = 400.0;
 const LETTER_PX: f64 = 7.5;
 
 /// `waves` is the path of the picture of a row's conversions beside the page.
-pub(super) fn timing(report: &Report, waves: Option<&str>) -> String {
+pub(super) fn timing(report: &Report, waves: Option<&str>) -> Markup {
     let timing = &report.timing;
     let lead = format!(
         "{} lines a second, {} frames a second, {} clocks a frame; {} from mid-exposure to the last bit on the lanes.",
@@ -36,51 +39,58 @@ pub(super) fn timing(report: &Report, waves: Option<&str>) -> String {
         ),
         None => lead,
     };
-    let link = waves.map_or_else(String::new, |path| {
-        let path = escaped(path);
-        format!("<p><a href=\"{path}\">How a row is converted</a>: ramp, comparators, counters and codes of three columns.</p>")
-    });
-    let content = format!(
-        "<h3>One line</h3>{}{link}{}<h3>One frame</h3>{}{}",
-        lanes(&timing.line, timing.line_time_us),
-        report.energy.line.as_ref().map_or_else(String::new, power_strip::strip),
-        lanes(&timing.frame, timing.frame_time_us),
-        table(report)
-    );
-    section("Timing", &lead, &content)
+    let content = html! {
+        h3 { "One line" }
+        (lanes(&timing.line, timing.line_time_us))
+        @if let Some(path) = waves {
+            p { a href=(path) { "How a row is converted" } ": ramp, comparators, counters and codes of three columns." }
+        }
+        @if let Some(line) = &report.energy.line { (power_strip::strip(line)) }
+        h3 { "One frame" }
+        (lanes(&timing.frame, timing.frame_time_us))
+        details { summary { "The same as numbers" } (table(report)) }
+    };
+    section("Timing", &lead, content)
 }
 
-fn lanes(phases: &[Phase], length_us: f64) -> String {
+fn lanes(phases: &[Phase], length_us: f64) -> Markup {
     if phases.is_empty() || length_us <= 0.0 {
-        return "<p class=\"note\">No spans were recorded.</p>".to_owned();
+        return html! { p.note { "No spans were recorded." } };
     }
-    let mut html = String::from("<div class=\"lanes\">");
-    for (name, phases) in Phase::by_lane(phases) {
-        let spans: String = phases.iter().map(|phase| span(phase, length_us)).collect();
-        html += &format!("<div>{}</div><div class=\"lane\">{spans}</div>", escaped(name));
+    html! {
+        div.lanes {
+            @for (name, phases) in Phase::by_lane(phases) {
+                div { (name) }
+                div.lane { @for phase in phases { (span(phase, length_us)) } }
+            }
+            div {}
+            div.axis { span { "0" } span { (si(length_us * 1e-6, "s")) } }
+        }
     }
-    let axis =
-        format!("<div></div><div class=\"axis\"><span>0</span><span>{}</span></div></div>", si(length_us * 1e-6, "s"));
-    html + &axis
 }
 
-fn span(phase: &Phase, length_us: f64) -> String {
+fn span(phase: &Phase, length_us: f64) -> Markup {
     let share = |time_us: f64| 100.0 * (time_us / length_us).clamp(0.0, 1.0);
     let (left, width) = (share(phase.start_us), share(phase.end_us) - share(phase.start_us));
-    let name = escaped(&phase.name);
     let name_px = LETTER_PX * f64_from_usize(phase.name.chars().count() + 2);
-    let (class, label) = if width / 100.0 * LANE_PX >= name_px { ("", name.as_str()) } else { (" class=\"thin\"", "") };
-    let duration = si((phase.end_us - phase.start_us) * 1e-6, "s");
-    format!("<span{class} style=\"left:{left:.3}%;width:{width:.3}%\" title=\"{name}, {duration}\">{label}</span>")
+    let is_thin = width / 100.0 * LANE_PX < name_px;
+    let place = format!("left:{left:.3}%;width:{width:.3}%");
+    let title = format!("{}, {}", phase.name, si((phase.end_us - phase.start_us) * 1e-6, "s"));
+    html! { span class=[is_thin.then_some("thin")] style=(place) title=(title) { @if !is_thin { (phase.name) } } }
 }
 
-fn table(report: &Report) -> String {
-    let row = |phase: &Phase| {
-        let time = |time_us: f64| format!("<td class=\"num\">{}</td>", si(time_us * 1e-6, "s"));
-        let cells = [phase.start_us, phase.end_us, phase.end_us - phase.start_us].map(time).concat();
-        format!("<tr><th scope=\"row\">{}</th><td>{}</td>{cells}</tr>", escaped(&phase.name), escaped(&phase.lane))
+fn table(report: &Report) -> Markup {
+    let heads = [Text("span"), Text("of"), Number("from"), Number("to"), Number("length")];
+    let rows = html! {
+        @for phase in report.timing.line.iter().chain(&report.timing.frame) {
+            tr {
+                th scope="row" { (phase.name) }
+                td { (phase.lane) }
+                @for time_us in [phase.start_us, phase.end_us, phase.end_us - phase.start_us] {
+                    td.num { (si(time_us * 1e-6, "s")) }
+                }
+            }
+        }
     };
-    let rows: String = report.timing.line.iter().chain(&report.timing.frame).map(row).collect();
-    let table = parts::table("", "", "span|of|#from|#to|#length", &rows);
-    format!("<details><summary>The same as numbers</summary>{table}</details>")
+    parts::table(&heads, rows)
 }

@@ -1,26 +1,27 @@
 //! The path from above and from the side, estimate against truth, a metre as long on both axes.
 
-use super::parts::{reason, section};
+use maud::{Markup, html};
+
+use super::parts::{pair, reason, section};
 use crate::report::chart::{Axes, Ink, Series, chart, runs_of};
 use crate::report::html::text::si;
 use crate::report::record::{FrameRecord, Report};
 
-pub(super) fn trajectory(report: &Report) -> String {
+pub(super) fn trajectory(report: &Report) -> Markup {
     // The world's y axis points up, as in glTF.
     let top = view(report, "Path from above", 0, 2, ("x in m", "z in m"));
     let side = view(report, "Path from the side", 0, 1, ("x in m", "y (up) in m"));
-    let charts =
-        format!("<div class=\"pair\"><div><h3>From above</h3>{top}</div><div><h3>From the side</h3>{side}</div></div>");
+    let charts = pair(html! { div { h3 { "From above" } (top) } }, html! { div { h3 { "From the side" } (side) } });
     let lead = match report.tracking.ate_m {
         Some(ate_m) => {
             format!("Estimate against truth after rigid alignment; they are {} apart (RMS).", si(ate_m, "m"))
         }
         None => "The true path; the estimate could not be aligned to it.".to_owned(),
     };
-    section("Trajectory", &lead, &format!("{charts}{}", reason(report, "tracking.ate_m")))
+    section("Trajectory", &lead, html! { (charts) (reason(report, "tracking.ate_m")) })
 }
 
-fn view(report: &Report, title: &str, across: usize, up: usize, labels: (&str, &str)) -> String {
+fn view(report: &Report, title: &str, across: usize, up: usize, labels: (&str, &str)) -> Markup {
     let frames = &report.frames;
     let truth = frames.iter().map(|frame| (frame.truth_m[across], frame.truth_m[up])).collect();
     // Broken where the tracker had no pose.

@@ -1,7 +1,9 @@
 //! The answers first: does the design hold, in one line each.
 
+use maud::{Markup, html};
+
 use crate::num::{f64_from_u64, f64_from_usize, greater};
-use crate::report::html::text::{digits, escaped, grouped, percent, si};
+use crate::report::html::text::{digits, grouped, percent, si};
 use crate::report::record::Report;
 
 /// Frames with a pose, at least, for a run that counts as tracked.
@@ -21,7 +23,7 @@ enum Answer {
 
 type Verdict = (Answer, String);
 
-pub(super) fn verdict(report: &Report) -> String {
+pub(super) fn verdict(report: &Report) -> Markup {
     let lines = [
         ("Does the extractor keep up?", keeps_up(report)),
         ("Is the budget of a line met?", line_budget(report)),
@@ -29,21 +31,21 @@ pub(super) fn verdict(report: &Report) -> String {
         ("Is the exposure sane?", exposed(report)),
         ("Is the error the sensor\u{2019}s own?", render(report)),
     ];
-    let item = |(question, (answer, words)): (&str, Verdict)| {
-        let (class, word) = match answer {
-            Answer::Yes => ("good", "yes"),
-            Answer::No => ("bad", "no"),
-            Answer::Open => ("open", "\u{2013}"),
-        };
-        format!(
-            "<tr class=\"{class}\"><th scope=\"row\">{question}</th><td class=\"answer\">{word}</td><td>{}</td></tr>",
-            escaped(&words)
-        )
+    html! {
+        section.answers {
+            h2 { "Does this design hold?" }
+            table { tbody { @for (question, (answer, words)) in lines { (line(question, answer, &words)) } } }
+        }
+    }
+}
+
+fn line(question: &str, answer: Answer, words: &str) -> Markup {
+    let (class, word) = match answer {
+        Answer::Yes => ("good", "yes"),
+        Answer::No => ("bad", "no"),
+        Answer::Open => ("open", "\u{2013}"),
     };
-    format!(
-        "<section class=\"answers\"><h2>Does this design hold?</h2><table><tbody>{}</tbody></table></section>",
-        lines.map(item).concat()
-    )
+    html! { tr class=(class) { th scope="row" { (question) } td.answer { (word) } td { (words) } } }
 }
 
 fn keeps_up(report: &Report) -> Verdict {

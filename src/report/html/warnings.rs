@@ -1,14 +1,15 @@
 //! Warnings of the run, above all figures.
 
+use maud::{Markup, html};
+
 use super::parts::section;
-use crate::report::html::text::escaped;
 use crate::report::record::Report;
 
 /// A section with one item a warning; empty without any.
-pub(super) fn warnings(report: &Report) -> String {
+pub(super) fn warnings(report: &Report) -> Markup {
     if report.warnings.is_empty() {
-        return String::new();
+        return Markup::default();
     }
-    let items: String = report.warnings.iter().map(|text| format!("<li>{}</li>", escaped(text))).collect();
-    section("Warnings", "The run went on; check these before you use its figures.", &format!("<ul>{items}</ul>"))
+    let list = html! { ul { @for warning in &report.warnings { li { (warning) } } } };
+    section("Warnings", "The run went on; check these before you use its figures.", list)
 }
