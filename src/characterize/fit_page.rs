@@ -1,18 +1,20 @@
 //! Writes the page of a fit: frames of a sensor beside those that the fitted sensor makes under the same exposures and light. One
 //! self-contained page without scripts or network.
 
+use maud::{Markup, html};
+
 use super::analysis::{Figures, Summary, figures};
 use super::fit::defective::DefectivePixels;
 use super::fit::{Fitted, SensorFit, Undetermined};
 use super::map::map;
 use super::measure::{ChannelMeasurement, StackSums, TransferPoint, centred};
-use super::page::{document, dots, line, meaning, over_frequency, pair, scrolled, section, significant};
+use super::page::{dots, footer, line, meaning, over_frequency, scrolled, significant};
 use super::record::unit;
 use super::spatial::{spectrogram, transposed};
 use super::uncertainty::measured_errors;
 use crate::num::{f64_from_u64, f64_from_usize, index};
 use crate::report::chart::{Axes, Ink, Series, SeriesShape, chart};
-use crate::report::escape::escaped;
+use crate::report::html::{document, pair, section};
 use crate::units::Size;
 
 /// Difference in standard errors from which on a figure counts as different: a normal exceeds it in one of 16,000.
@@ -67,74 +69,76 @@ impl Side {
 /// The whole page.
 pub fn html(beside: &Beside<'_>) -> String {
     let sides = [Side::of(beside.measured), Side::of(beside.simulated)];
-    let title = format!("{} \u{b7} fit", escaped(beside.name));
-    let body = [
-        header(beside),
-        "<main>".to_owned(),
-        parameters(beside.fit),
-        pair(&transfer(&sides), &signal(&sides)),
-        pair(
-            &over_exposure(
-                &sides,
-                ["Dark signal", "mean in DN"],
-                "Its slope is the dark current. A sensor file has a black level in whole codes: the sides may lie half a code apart.",
-                |point| point.dark_mean_dn,
-            ),
-            &over_exposure(
-                &sides,
-                ["Dark noise", "variance in DN\u{b2}"],
-                "Its offset is the dark noise, its slope again the dark current.",
-                |point| point.dark_variance_dn2,
-            ),
-        ),
-        pair(
-            &histogram("Codes in the dark", [&beside.measured.dark, &beside.simulated.dark]),
-            &histogram("Codes under light", [&beside.measured.bright, &beside.simulated.bright]),
-        ),
-        spectra(beside),
-        pictures(beside),
-        compared(&sides, beside.defects),
-        undetermined(beside),
-        "</main>".to_owned(),
-    ];
-    document(&title, &body, "")
+    let body = html! {
+        (header(beside))
+        main {
+            (parameters(beside.fit))
+            (pair(transfer(&sides), signal(&sides)))
+            (pair(
+                over_exposure(
+                    &sides,
+                    ["Dark signal", "mean in DN"],
+                    "Its slope is the dark current. A sensor file has a black level in whole codes: the sides may lie half a code apart.",
+                    |point| point.dark_mean_dn,
+                ),
+                over_exposure(
+                    &sides,
+                    ["Dark noise", "variance in DN\u{b2}"],
+                    "Its offset is the dark noise, its slope again the dark current.",
+                    |point| point.dark_variance_dn2,
+                ),
+            ))
+            (pair(
+                histogram("Codes in the dark", [&beside.measured.dark, &beside.simulated.dark]),
+                histogram("Codes under light", [&beside.measured.bright, &beside.simulated.bright]),
+            ))
+            (spectra(beside))
+            (pictures(beside))
+            (compared(&sides, beside.defects))
+            (undetermined(beside))
+        }
+        (footer(""))
+    };
+    document(&format!("{} \u{b7} fit", beside.name), body).into_string()
 }
 
-fn header(beside: &Beside<'_>) -> String {
+fn header(beside: &Beside<'_>) -> Markup {
     let [real, simulated] = [beside.measured, beside.simulated].map(|side| side.dark.size);
     let mut chips = vec![
         format!("{} \u{d7} {} px, {} bit", real.width_px, real.height_px, beside.bits),
         format!("{} points of photon transfer", beside.measured.transfer.points.len()),
         format!("stacks of {} frames", beside.measured.dark.frames),
-        format!("preset {}", escaped(beside.preset)),
+        format!("preset {}", beside.preset),
     ];
     if real != simulated {
         chips.push(format!("simulated: {} \u{d7} {} px", simulated.width_px, simulated.height_px));
     }
-    let chips: String = chips.iter().map(|chip| format!("<li>{chip}</li>")).collect();
-    let warnings: String =
-        beside.fit.warnings.iter().map(|warning| format!("<p class=\"left\">{}</p>", escaped(warning))).collect();
-    format!(
-        "<header class=\"top\"><p class=\"kicker\">A sensor from its frames</p><h1>{}</h1>\
-         <p>The frames that were given, beside frames that another die of the fitted sensor makes under the same exposures and light.</p>\
-         <ul class=\"chips\">{chips}</ul>{warnings}</header>",
-        escaped(beside.name)
-    )
+    html! {
+        header.top {
+            p.kicker { "A sensor from its frames" }
+            h1 { (beside.name) }
+            p {
+                "The frames that were given, beside frames that another die of the fitted sensor makes under the same exposures and light."
+            }
+            ul.chips { @for chip in chips { li { (chip) } } }
+            @for warning in &beside.fit.warnings { p.left { (warning) } }
+        }
+    }
 }
 
-fn parameters(fit: &SensorFit) -> String {
-    let row = |Fitted { key, value, interval: [low, high], rests_on }: &Fitted| {
-        format!(
-            "<tr><th scope=\"row\">{key}</th><td class=\"num\">{}</td><td class=\"num\">{} to {}</td>\
-             <td class=\"note\">{rests_on}</td></tr>",
-            significant(*value),
-            significant(*low),
-            significant(*high)
-        )
+fn parameters(fit: &SensorFit) -> Markup {
+    let heads = html! { th { "key" } th.num { "value" } th.num { "95 % interval" } th { "rests on" } };
+    let rows = html! {
+        @for Fitted { key, value, interval: [low, high], rests_on } in &fit.fitted {
+            tr {
+                th scope="row" { (key) }
+                td.num { (significant(*value)) }
+                td.num { (significant(*low)) " to " (significant(*high)) }
+                td.note { (rests_on) }
+            }
+        }
     };
-    let rows: String = fit.fitted.iter().map(row).collect();
-    let head = "<th>key</th><th class=\"num\">value</th><th class=\"num\">95 % interval</th><th>rests on</th>";
-    section("Parameters", "Determined from the frames.", &scrolled(head, &rows))
+    section("Parameters", "Determined from the frames.", scrolled(heads, rows))
 }
 
 /// Both sides' points, the simulated ones as rings.
@@ -146,7 +150,7 @@ fn both<'a>(sides: &[Side; 2], of: impl Fn(&TransferPoint) -> (f64, f64)) -> [Se
     ]
 }
 
-fn transfer(sides: &[Side; 2]) -> String {
+fn transfer(sides: &[Side; 2]) -> Markup {
     let axes = Axes {
         title: "Photon transfer",
         x_label: "signal in DN",
@@ -154,14 +158,14 @@ fn transfer(sides: &[Side; 2]) -> String {
         ..Axes::default()
     };
     let series = both(sides, |point| (point.signal_dn(), point.variance_dn2 - point.dark_variance_dn2));
-    section("Photon transfer", "The slope is the overall gain, the peak saturation.", &chart(&axes, &series).0)
+    section("Photon transfer", "The slope is the overall gain, the peak saturation.", chart(&axes, &series))
 }
 
-fn signal(sides: &[Side; 2]) -> String {
+fn signal(sides: &[Side; 2]) -> Markup {
     let axes =
         Axes { title: "Signal over exposure", x_label: "exposure in ms", y_label: "signal in DN", ..Axes::default() };
     let series = both(sides, |point| (point.exposure_ns * 1e-6, point.signal_dn()));
-    section("Signal", "Mean under light less mean in the dark.", &chart(&axes, &series).0)
+    section("Signal", "Mean under light less mean in the dark.", chart(&axes, &series))
 }
 
 fn over_exposure(
@@ -169,14 +173,14 @@ fn over_exposure(
     [heading, label]: [&str; 2],
     lead: &str,
     of: impl Fn(&TransferPoint) -> f64,
-) -> String {
+) -> Markup {
     let axes = Axes { title: heading, x_label: "exposure in ms", y_label: label, ..Axes::default() };
     let series = both(sides, |point| (point.exposure_ns * 1e-6, of(point)));
-    section(heading, lead, &chart(&axes, &series).0)
+    section(heading, lead, chart(&axes, &series))
 }
 
 /// Shares of all codes of a stack, in bins of whole codes. Codes beyond the range of either side's last thousandth are left out.
-fn histogram(heading: &str, stacks: [&StackSums; 2]) -> String {
+fn histogram(heading: &str, stacks: [&StackSums; 2]) -> Markup {
     let [low, high] = span(stacks);
     let width = (high - low + 1).div_ceil(BINS_MAX);
     let binned = |stack: &StackSums| -> Vec<(f64, f64)> {
@@ -198,7 +202,7 @@ fn histogram(heading: &str, stacks: [&StackSums; 2]) -> String {
     let lead =
         format!("All frames of the stack. {} % of the codes lie elsewhere in the simulated ones.", significant(moved));
     let series = [line("measured", Ink::One, measured), line("simulated", Ink::Two, simulated)];
-    section(heading, &lead, &chart(&axes, &series).0)
+    section(heading, &lead, chart(&axes, &series))
 }
 
 /// Codes that hold all but a thousandth at either end, of both stacks.
@@ -229,7 +233,7 @@ fn dark_noise(side: &ChannelMeasurement) -> Vec<f64> {
     side.dark.noise_dn()
 }
 
-fn spectra(beside: &Beside<'_>) -> String {
+fn spectra(beside: &Beside<'_>) -> Markup {
     let contents: [(&str, &str, Content, &str); 3] = [
         ("Dark noise", "What differs between two dark frames.", dark_noise, "DN\u{b2}"),
         ("Dark pattern", "The mean of the dark stack.", ChannelMeasurement::dark_pattern_dn, "DN\u{b2}"),
@@ -243,13 +247,13 @@ fn spectra(beside: &Beside<'_>) -> String {
     let drawn = contents.map(|(what, lead, content, unit)| {
         let sides = [beside.measured, beside.simulated].map(|side| (content(side), index(side.dark.size.width_px)));
         pair(
-            &spectrum(
+            spectrum(
                 &format!("{what}: spectrum along rows"),
                 lead,
                 unit,
                 sides.each_ref().map(|(v, w)| spectrogram(v, *w)),
             ),
-            &spectrum(
+            spectrum(
                 &format!("{what}: spectrum along columns"),
                 "Rows that differ lift it.",
                 unit,
@@ -257,19 +261,19 @@ fn spectra(beside: &Beside<'_>) -> String {
             ),
         )
     });
-    drawn.concat()
+    html! { @for pair in drawn { (pair) } }
 }
 
-fn spectrum(heading: &str, lead: &str, unit: &str, sides: [Vec<f64>; 2]) -> String {
+fn spectrum(heading: &str, lead: &str, unit: &str, sides: [Vec<f64>; 2]) -> Markup {
     let y_label = format!("power in {unit}");
     let axes = Axes { title: heading, x_label: "cycles a pixel", y_label: &y_label, y_log: true, ..Axes::default() };
     let [measured, simulated] = sides.map(over_frequency);
     let series = [line("measured", Ink::One, measured), line("simulated", Ink::Two, simulated)];
-    section(heading, lead, &chart(&axes, &series).0)
+    section(heading, lead, chart(&axes, &series))
 }
 
 /// The first rows and columns of both sides' first frames and means, each pair on one scale of grey.
-fn pictures(beside: &Beside<'_>) -> String {
+fn pictures(beside: &Beside<'_>) -> Markup {
     fn first(stack: &StackSums) -> Vec<f64> {
         centred(stack.first().iter().map(|&code| f64::from(code)).collect())
     }
@@ -290,9 +294,10 @@ fn pictures(beside: &Beside<'_>) -> String {
             map(&sides[side].0, sides[side].1, limit, &caption)
         };
         let scale = format!("Black to white is \u{b1}{} {unit} about the mean on both sides.", significant(limit));
-        section(what, &scale, &format!("<div class=\"strip\">{}{}</div>", one(0, "measured"), one(1, "simulated")))
+        section(what, &scale, html! { div.strip { (one(0, "measured")) (one(1, "simulated")) } })
     });
-    pair(&drawn[0], &drawn[1]) + &pair(&drawn[2], &drawn[3])
+    let [dark, bright, mean, response] = drawn;
+    html! { (pair(dark, bright)) (pair(mean, response)) }
 }
 
 /// The part that is drawn, about its own mean.
@@ -311,6 +316,17 @@ struct Compared<'a> {
     error: f64,
 }
 
+impl Compared<'_> {
+    /// In standard errors.
+    fn distance(&self) -> f64 {
+        (self.values[1] - self.values[0]) / self.error
+    }
+
+    fn is_different(&self) -> bool {
+        self.distance().abs() > DIFFERENT
+    }
+}
+
 /// Defective pixels per million of both sides, by kind.
 fn defects([measured, simulated]: [&DefectivePixels; 2]) -> [Compared<'static>; 4] {
     let counts: [(&str, &str, fn(&DefectivePixels) -> usize); 4] = [
@@ -327,46 +343,41 @@ fn defects([measured, simulated]: [&DefectivePixels; 2]) -> [Compared<'static>; 
     })
 }
 
-fn compared(sides: &[Side; 2], pixels: [&DefectivePixels; 2]) -> String {
+fn compared(sides: &[Side; 2], pixels: [&DefectivePixels; 2]) -> Markup {
     let [measured, simulated] = sides;
     let figures = measured.found.iter().filter_map(|(name, _)| {
         let ([a, a_error], [b, b_error]) = (measured.get(name)?, simulated.get(name)?);
         let unit = if unit(name) == "1" { "" } else { unit(name) };
         Some(Compared { name, meaning: meaning(name), unit, values: [a, b], error: libm::hypot(a_error, b_error) })
     });
-    let (mut rows, mut different, mut all) = (String::new(), 0, 0);
-    for Compared { name, meaning, unit, values: [a, b], error } in figures.chain(defects(pixels)) {
-        if !(error > 0.0) {
-            continue;
-        }
-        let distance = (b - a) / error;
-        let is_different = distance.abs() > DIFFERENT;
-        all += 1;
-        different += u32::from(is_different);
-        rows += &format!(
-            "<tr><th scope=\"row\">{name}</th><td class=\"note\">{meaning}</td>\
-             <td class=\"num\">{} {unit}</td><td class=\"num\">{} {unit}</td>\
-             <td class=\"num {}\">{distance:+.1}</td></tr>",
-            significant(a),
-            significant(b),
-            if is_different { "left" } else { "" }
-        );
-    }
+    let all: Vec<Compared<'_>> = figures.chain(defects(pixels)).filter(|figure| figure.error > 0.0).collect();
+    let different = all.iter().filter(|figure| figure.is_different()).count();
     let lead = format!(
-        "EMVA 1288 figures of both sides. {different} of {all} differ by more than {DIFFERENT} standard errors of both; those are effects \
+        "EMVA 1288 figures of both sides. {different} of {} differ by more than {DIFFERENT} standard errors of both; those are effects \
          that the fitted sensor does not have, or that its preset has and the frames do not. Defective pixels, last in the table, are left \
-         out of all other figures of this page."
+         out of all other figures of this page.",
+        all.len()
     );
-    let head = "<th>figure</th><th>meaning</th><th class=\"num\">measured</th><th class=\"num\">simulated</th>\
-                <th class=\"num\">standard errors apart</th>";
-    section("Figures", &lead, &scrolled(head, &rows))
+    let heads = html! {
+        th { "figure" } th { "meaning" } th.num { "measured" } th.num { "simulated" } th.num { "standard errors apart" }
+    };
+    let rows = html! {
+        @for figure in &all {
+            tr {
+                th scope="row" { (figure.name) }
+                td.note { (figure.meaning) }
+                @for value in figure.values { td.num { (significant(value)) " " (figure.unit) } }
+                td.num.left[figure.is_different()] { (format!("{:+.1}", figure.distance())) }
+            }
+        }
+    };
+    section("Figures", &lead, scrolled(heads, rows))
 }
 
-fn undetermined(beside: &Beside<'_>) -> String {
-    let row = |Undetermined { key, reason }: &Undetermined| {
-        format!("<tr><th scope=\"row\">{key}</th><td class=\"note\">{}</td></tr>", escaped(reason))
+fn undetermined(beside: &Beside<'_>) -> Markup {
+    let rows = html! {
+        @for Undetermined { key, reason } in &beside.fit.undetermined { tr { th scope="row" { (key) } td.note { (reason) } } }
     };
-    let rows: String = beside.fit.undetermined.iter().map(row).collect();
-    let lead = format!("Left to the preset {}, or assumed.", escaped(beside.preset));
-    section("What the frames do not determine", &lead, &scrolled("<th>key</th><th>why</th>", &rows))
+    let lead = format!("Left to the preset {}, or assumed.", beside.preset);
+    section("What the frames do not determine", &lead, scrolled(html! { th { "key" } th { "why" } }, rows))
 }

@@ -1,6 +1,8 @@
 //! Writes `characterization.html`: one self-contained page without scripts or network. Every number on it stands in `characterization.json`
 //! as well.
 
+use maud::{Markup, html};
+
 use super::Characterization;
 use super::defects::Histogram;
 use super::map::map;
@@ -9,60 +11,43 @@ use super::record::Figure;
 use crate::config::inherited::Inherited;
 use crate::num::{f64_from_u64, f64_from_usize};
 use crate::report::chart::{Axes, Ink, Series, SeriesShape, chart};
-use crate::report::escape::escaped;
+use crate::report::html::{document, pair, section};
 
 /// The whole page.
 pub fn html(record: &Characterization) -> String {
-    let title = format!("{} \u{b7} EMVA 1288", escaped(&record.name));
-    let body = [
-        header(record),
-        "<main>".to_owned(),
-        pair(&transfer(record), &noise_ratio(record)),
-        figures(record),
-        pair(&linearity(record), &deviations(record)),
-        pair(&dark_mean(record), &dark_variance(record)),
-        pair(&differential(record), &integral(record)),
-        maps(record),
-        pair(&profiles(record, true), &profiles(record, false)),
-        pair(&spectra(record, true), &spectra(record, false)),
-        pair(
-            &histogram(&record.dark_histogram, "Dark signal of pixels", "deviation from the mean in DN"),
-            &histogram(&record.response_histogram, "Response of pixels, 5 x 5 high pass", "deviation in %"),
-        ),
-        configuration(record),
-        "</main>".to_owned(),
-    ];
-    document(&title, &body, " \u{b7} every number on this page stands in characterization.json")
+    let body = html! {
+        (header(record))
+        main {
+            (pair(transfer(record), noise_ratio(record)))
+            (figures(record))
+            (pair(linearity(record), deviations(record)))
+            (pair(dark_mean(record), dark_variance(record)))
+            (pair(differential(record), integral(record)))
+            (maps(record))
+            (pair(profiles(record, true), profiles(record, false)))
+            (pair(spectra(record, true), spectra(record, false)))
+            (pair(
+                histogram(&record.dark_histogram, "Dark signal of pixels", "deviation from the mean in DN"),
+                histogram(&record.response_histogram, "Response of pixels, 5 x 5 high pass", "deviation in %"),
+            ))
+            (configuration(record))
+        }
+        (footer(" \u{b7} every number on this page stands in characterization.json"))
+    };
+    document(&format!("{} \u{b7} EMVA 1288", record.name), body).into_string()
 }
 
-/// A page of these parts, with `source` at its foot.
-pub(super) fn document(title: &str, body: &[String], source: &str) -> String {
-    let style = include_str!("../report/html/style.css");
-    format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>{title}</title>\n<style>\n{style}</style></head>\n\
-         <body>\n{}\n<footer>sensel {}{source}</footer></body></html>\n",
-        body.join("\n"),
-        env!("CARGO_PKG_VERSION")
-    )
-}
-
-pub(super) fn section(heading: &str, lead: &str, content: &str) -> String {
-    format!("<section><h2>{heading}</h2><p class=\"soft\">{lead}</p>{content}</section>")
+/// `source` says where the page's numbers stand.
+pub(super) fn footer(source: &str) -> Markup {
+    html! { footer { "sensel " (env!("CARGO_PKG_VERSION")) (source) } }
 }
 
 /// A table that scrolls sideways where it is too wide.
-pub(super) fn scrolled(head: &str, rows: &str) -> String {
-    format!(
-        "<div class=\"scroll\" tabindex=\"0\"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>"
-    )
+pub(super) fn scrolled(heads: Markup, rows: Markup) -> Markup {
+    html! { div.scroll tabindex="0" { table { thead { tr { (heads) } } tbody { (rows) } } } }
 }
 
-pub(super) fn pair(left: &str, right: &str) -> String {
-    format!("<div class=\"pair\">{left}{right}</div>")
-}
-
-fn header(record: &Characterization) -> String {
+fn header(record: &Characterization) -> Markup {
     let set = &record.set;
     let longest_s = set.points.last().map_or(0.0, super::set::SeriesExposure::exposure_s);
     let mut chips = vec![
@@ -77,7 +62,6 @@ fn header(record: &Characterization) -> String {
     }
     chips.extend(record.reading.map(str::to_owned));
     let filter = if set.channel.is_whole() { "" } else { " before its filter" };
-    let chips: String = chips.iter().map(|chip| format!("<li>{chip}</li>")).collect();
     let limit = if longest_s > 1.000_001 * set.exposure_limit_s {
         format!(
             " Exposures go beyond the sequencer's longest of {:.4} s, as with a lengthened frame, so that dark current shows.",
@@ -86,14 +70,19 @@ fn header(record: &Characterization) -> String {
     } else {
         String::new()
     };
-    format!(
-        "<header class=\"top\"><p class=\"kicker\">EMVA 1288 release 4.0</p><h1>{}</h1>\
-         <p>Measured on simulated frames under uniform light of {:.4e} photons a pixel and second{filter}, \
-         all effects of the sensor on.{limit}</p>\
-         <ul class=\"chips\">{chips}</ul></header>",
-        escaped(&record.name),
+    let lead = format!(
+        "Measured on simulated frames under uniform light of {:.4e} photons a pixel and second{filter}, \
+         all effects of the sensor on.{limit}",
         set.photons_per_s
-    )
+    );
+    html! {
+        header.top {
+            p.kicker { "EMVA 1288 release 4.0" }
+            h1 { (record.name) }
+            p { (lead) }
+            ul.chips { @for chip in chips { li { (chip) } } }
+        }
+    }
 }
 
 pub(super) fn dots(name: &str, ink: Ink, points: Vec<(f64, f64)>) -> Series<'_> {
@@ -108,7 +97,7 @@ fn points_of(record: &Characterization, of: impl Fn(&TransferPoint) -> (f64, f64
     record.summary.transfer.points.iter().map(of).collect()
 }
 
-fn transfer(record: &Characterization) -> String {
+fn transfer(record: &Characterization) -> Markup {
     let transfer = &record.summary.transfer;
     let shot = |point: &TransferPoint| (point.signal_dn(), point.variance_dn2 - point.dark_variance_dn2);
     let k = record.measured("K");
@@ -127,11 +116,11 @@ fn transfer(record: &Characterization) -> String {
         dots("saturation: greatest variance", Ink::Three, vec![shot(full)]),
     ];
     let lead = "Shot noise grows in proportion to the signal; the slope is the overall gain K, the peak is saturation.";
-    section("Photon transfer", lead, &chart(&axes, &series).0)
+    section("Photon transfer", lead, chart(&axes, &series))
 }
 
 /// Temporal SNR as measured, its formula from the measured figures, the total with patterns, and the limit of an ideal sensor.
-fn noise_ratio(record: &Characterization) -> String {
+fn noise_ratio(record: &Characterization) -> Markup {
     let of = |name: &str| record.measured(name);
     let efficiency = of("QE") / 100.0;
     let noise_e2 = of("sigma_y_dark") * of("sigma_y_dark") / (of("K") * of("K"));
@@ -169,10 +158,10 @@ fn noise_ratio(record: &Characterization) -> String {
         line("total, with DSNU and PRNU", Ink::Four, curve(&total)),
         dots("measured up to saturation", Ink::One, below),
     ];
-    section("Signal-to-noise ratio", "How far the sensor is from counting every photon.", &chart(&axes, &series).0)
+    section("Signal-to-noise ratio", "How far the sensor is from counting every photon.", chart(&axes, &series))
 }
 
-fn linearity(record: &Characterization) -> String {
+fn linearity(record: &Characterization) -> Markup {
     let r = record.measured("R");
     let last = record.summary.transfer.sensitivity().last().map_or(0.0, |point| point.photons);
     let axes =
@@ -182,10 +171,10 @@ fn linearity(record: &Characterization) -> String {
         dots("measured", Ink::One, points_of(record, |point| (point.photons, point.signal_dn()))),
         line(&slope, Ink::Two, vec![(0.0, 0.0), (last, r * last)]),
     ];
-    section("Sensitivity", "Mean signal less dark; its slope is the responsivity R.", &chart(&axes, &series).0)
+    section("Sensitivity", "Mean signal less dark; its slope is the responsivity R.", chart(&axes, &series))
 }
 
-fn deviations(record: &Characterization) -> String {
+fn deviations(record: &Characterization) -> Markup {
     let transfer = &record.summary.transfer;
     let fitted = transfer.linear(transfer.saturation());
     let found = PhotonTransfer::deviations(fitted, fitted);
@@ -196,7 +185,7 @@ fn deviations(record: &Characterization) -> String {
     let ends = [points.first(), points.last()].into_iter().flatten().map(|point| (point.0, 0.0)).collect();
     let series = [line("no deviation", Ink::Two, ends), dots("measured", Ink::One, points)];
     let lead = "Relative deviation from the line of least relative deviation, 5 to 95 % of saturation.";
-    section("Linearity", lead, &chart(&axes, &series).0)
+    section("Linearity", lead, chart(&axes, &series))
 }
 
 /// At most a thousand points: of each run of codes that one stands for, the value farthest from 0.
@@ -209,7 +198,7 @@ fn thinned(values: &[f64]) -> Vec<(f64, f64)> {
     values.chunks(run).enumerate().map(point).collect()
 }
 
-fn differential(record: &Characterization) -> String {
+fn differential(record: &Characterization) -> Markup {
     let found = &record.linearity;
     let axes = Axes { title: "DNL", x_label: "code above the lowest", y_label: "DNL in LSB", ..Axes::default() };
     let lead = format!(
@@ -217,10 +206,10 @@ fn differential(record: &Characterization) -> String {
          {:+.3} to {:+.3} LSB, known to {:.3} LSB; {} missing codes.",
         found.dnl_lsb[0], found.dnl_lsb[1], found.error_lsb, found.missing_codes
     );
-    section("Converter: codes", &lead, &chart(&axes, &[line("DNL", Ink::One, thinned(&record.density.dnl_lsb))]).0)
+    section("Converter: codes", &lead, chart(&axes, &[line("DNL", Ink::One, thinned(&record.density.dnl_lsb))]))
 }
 
-fn integral(record: &Characterization) -> String {
+fn integral(record: &Characterization) -> Markup {
     let found = &record.linearity;
     let axes = Axes { title: "INL", x_label: "code above the lowest", y_label: "INL in LSB", ..Axes::default() };
     let bits =
@@ -230,51 +219,47 @@ fn integral(record: &Characterization) -> String {
          full-scale sine: {bits}.",
         found.inl_lsb[0], found.inl_lsb[1]
     );
-    section("Converter: ramp", &lead, &chart(&axes, &[line("INL", Ink::One, thinned(&record.density.inl_lsb))]).0)
+    section("Converter: ramp", &lead, chart(&axes, &[line("INL", Ink::One, thinned(&record.density.inl_lsb))]))
 }
 
-fn dark_chart(record: &Characterization, title: &str, label: &str, of: impl Fn(&TransferPoint) -> f64) -> String {
+fn dark_chart(record: &Characterization, title: &str, label: &str, of: impl Fn(&TransferPoint) -> f64) -> Markup {
     let points = points_of(record, |point| (point.exposure_ns * 1e-6, of(point)));
     let (slope, offset) = super::fits::line(&points);
     let ends = [points.first(), points.last()].into_iter().flatten().map(|&(x, _)| (x, slope * x + offset)).collect();
     let axes = Axes { title, x_label: "exposure in ms", y_label: label, ..Axes::default() };
-    chart(&axes, &[dots("measured", Ink::One, points), line("fit", Ink::Two, ends)]).0
+    chart(&axes, &[dots("measured", Ink::One, points), line("fit", Ink::Two, ends)])
 }
 
-fn dark_mean(record: &Characterization) -> String {
+fn dark_mean(record: &Characterization) -> Markup {
     let drawn = dark_chart(record, "Dark signal over exposure", "dark signal in DN", |point| point.dark_mean_dn);
-    section("Dark signal", "Its slope over exposure time is the dark current.", &drawn)
+    section("Dark signal", "Its slope over exposure time is the dark current.", drawn)
 }
 
-fn dark_variance(record: &Characterization) -> String {
+fn dark_variance(record: &Characterization) -> Markup {
     let drawn = dark_chart(record, "Dark noise over exposure", "variance in DN\u{b2}", |point| point.dark_variance_dn2);
-    section("Dark noise", "Its offset is the temporal dark noise; its slope again the dark current.", &drawn)
+    section("Dark noise", "Its offset is the temporal dark noise; its slope again the dark current.", drawn)
 }
 
-fn maps(record: &Characterization) -> String {
+fn maps(record: &Characterization) -> Markup {
     let one = |values: &[f64], what: &str, unit: &str| {
         let squares: f64 = values.iter().map(|value| value * value).sum();
         let sigma = (squares / f64_from_usize(values.len())).sqrt();
         let limit = if sigma > 0.0 { 3.0 * sigma } else { 1.0 };
-        map(
-            values,
-            record.set.size,
-            limit,
-            &format!("{what}: black to white is \u{b1}{limit:.3} {unit}, three standard deviations"),
-        )
+        let caption = format!("{what}: black to white is \u{b1}{limit:.3} {unit}, three standard deviations");
+        map(values, record.set.size, limit, &caption)
     };
     let drawn = pair(
-        &one(&record.dark_map_dn, "Mean dark frame", "DN"),
-        &one(&record.response_map_percent, "Response at half saturation", "%"),
+        one(&record.dark_map_dn, "Mean dark frame", "DN"),
+        one(&record.response_map_percent, "Response at half saturation", "%"),
     );
     section(
         "Non-uniformity",
         "Mean of the stacks: what stays from frame to frame. What temporal noise is left of it is taken off in the figures.",
-        &drawn,
+        drawn,
     )
 }
 
-fn profiles(record: &Characterization, is_dark: bool) -> String {
+fn profiles(record: &Characterization, is_dark: bool) -> Markup {
     let (values, heading, label) = if is_dark {
         (&record.dark_map_dn, "Dark profiles", "deviation in DN")
     } else {
@@ -287,7 +272,7 @@ fn profiles(record: &Characterization, is_dark: bool) -> String {
         line("horizontal: means of columns", Ink::One, points(across.mean)),
         line("vertical: means of rows", Ink::Two, points(down.mean)),
     ];
-    section(heading, "Means of columns and of rows about the mean of all.", &chart(&axes, &series).0)
+    section(heading, "Means of columns and of rows about the mean of all.", chart(&axes, &series))
 }
 
 /// A spectrogram over cycles a pixel, without its value at 0.
@@ -296,7 +281,7 @@ pub(super) fn over_frequency(power: Vec<f64>) -> Vec<(f64, f64)> {
     (0_u32..).zip(power).skip(1).map(|(bin, power)| (f64::from(bin) / last, power)).collect()
 }
 
-fn spectra(record: &Characterization, is_dark: bool) -> String {
+fn spectra(record: &Characterization, is_dark: bool) -> Markup {
     let (values, heading, label) = if is_dark {
         (&record.dark_map_dn, "Dark spectrograms", "power in DN\u{b2}")
     } else {
@@ -306,10 +291,10 @@ fn spectra(record: &Characterization, is_dark: bool) -> String {
     let axes = Axes { title: heading, x_label: "cycles a pixel", y_label: label, y_log: true, ..Axes::default() };
     let series = [line("horizontal", Ink::One, points(false)), line("vertical", Ink::Two, points(true))];
     let lead = "White patterns are flat; rows or columns that differ lift one of the two.";
-    section(heading, lead, &chart(&axes, &series).0)
+    section(heading, lead, chart(&axes, &series))
 }
 
-fn histogram(found: &Histogram, heading: &str, label: &str) -> String {
+fn histogram(found: &Histogram, heading: &str, label: &str) -> Markup {
     let counts = found.bins.iter().zip(&found.counts).map(|(&bin, &count)| (bin, f64_from_u64(count))).collect();
     // Below a hundredth of a pixel the normal says nothing and would stretch the axis.
     let normal = found.bins.iter().zip(&found.normal).map(|(&bin, &count)| (bin, count));
@@ -317,7 +302,7 @@ fn histogram(found: &Histogram, heading: &str, label: &str) -> String {
     let axes = Axes { title: heading, x_label: label, y_label: "pixels", y_log: true, ..Axes::default() };
     let lead = format!("{} pixels lie beyond five standard deviations.", found.beyond_5_sigma);
     let series = [dots("pixels", Ink::One, counts), line("normal of the same variance", Ink::Two, normal)];
-    section(heading, &lead, &chart(&axes, &series).0)
+    section(heading, &lead, chart(&axes, &series))
 }
 
 /// What a figure is, for a reader of the table.
@@ -348,47 +333,49 @@ pub(super) fn meaning(name: &str) -> &'static str {
 }
 
 /// Why some figures have no expected value, each reason once.
-fn reasons(record: &Characterization) -> String {
+fn reasons(record: &Characterization) -> Markup {
     let mut reasons: Vec<&String> =
         record.figures.iter().filter_map(|(_, figure)| figure.not_expected.as_ref()).collect();
     reasons.sort();
     reasons.dedup();
-    reasons.iter().map(|reason| format!("<p class=\"note\">{}</p>", escaped(reason))).collect()
+    html! { @for reason in reasons { p.note { (reason) } } }
 }
 
-fn figures(record: &Characterization) -> String {
-    let number = |value: Option<f64>| value.map_or(String::new(), significant);
-    let row = |(name, figure): (&str, &Figure)| {
-        let head = format!("<tr><th>{name}</th><td>{}</td>", meaning(name));
-        if let Some(reason) = &figure.not_measurable {
-            return format!("{head}<td colspan=\"4\" class=\"note\">not measurable: {}</td></tr>", escaped(reason));
-        }
-        let want = figure.truth.clone().unwrap_or_default();
-        let expected = match (want.value, want.abs_tol) {
-            _ if figure.not_expected.is_some() => {
-                let cause = figure.not_expected.as_deref().and_then(|reason| reason.split(": ").next());
-                format!("<span class=\"note\">nothing: {}</span>", escaped(cause.unwrap_or_default()))
-            }
-            (Some(value), Some(tolerance)) => format!("{} \u{b1} {}", significant(value), significant(tolerance)),
-            _ => format!("{} to {}", number(want.min), number(want.max)),
-        };
-        format!(
-            "{head}<td class=\"num\">{} {}</td><td class=\"num\">{}</td><td class=\"num\">{expected}</td>\
-             <td class=\"num\">{}</td></tr>",
-            number(figure.value),
-            if figure.unit == "1" { "" } else { figure.unit },
-            number(figure.standard_error),
-            number(want.configured)
-        )
+fn figures(record: &Characterization) -> Markup {
+    let heads = html! {
+        th { "figure" } th { "meaning" } th.num { "measured" } th.num { "standard error" }
+        th.num { "expected, 4.5 standard errors" } th.num { "configured" }
     };
-    let rows: String = record.figures.iter().map(row).collect();
-    let head = "<th>figure</th><th>meaning</th><th class=\"num\">measured</th><th class=\"num\">standard error</th>\
-                <th class=\"num\">expected, 4.5 standard errors</th><th class=\"num\">configured</th>";
+    let rows = html! {
+        @for (name, figure) in record.figures.iter() { tr { th { (name) } td { (meaning(name)) } (cells(figure)) } }
+    };
     section(
         "Figures",
         "Measured on the frames, with the standard error that their number leaves, beside what the configuration implies.",
-        &(scrolled(head, &rows) + &reasons(record)),
+        html! { (scrolled(heads, rows)) (reasons(record)) },
     )
+}
+
+fn cells(figure: &Figure) -> Markup {
+    if let Some(reason) = &figure.not_measurable {
+        return html! { td.note colspan="4" { "not measurable: " (reason) } };
+    }
+    let number = |value: Option<f64>| value.map_or(String::new(), significant);
+    let want = figure.truth.clone().unwrap_or_default();
+    html! {
+        td.num { (number(figure.value)) " " @if figure.unit != "1" { (figure.unit) } }
+        td.num { (number(figure.standard_error)) }
+        td.num {
+            @if let Some(reason) = &figure.not_expected {
+                span.note { "nothing: " (reason.split(": ").next().unwrap_or_default()) }
+            } @else if let (Some(value), Some(tolerance)) = (want.value, want.abs_tol) {
+                (significant(value)) " \u{b1} " (significant(tolerance))
+            } @else {
+                (number(want.min)) " to " (number(want.max))
+            }
+        }
+        td.num { (number(want.configured)) }
+    }
 }
 
 /// Four significant digits.
@@ -402,29 +389,31 @@ pub(super) fn significant(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-fn configuration(record: &Characterization) -> String {
-    let text = escaped(&toml::to_string(&record.config).unwrap_or_default());
-    let text = format!("<details><summary>Effective configuration</summary><pre>{text}</pre></details>");
-    let hash = format!("<p class=\"hash note\">config {}</p>", record.config_hash);
+fn configuration(record: &Characterization) -> Markup {
     let lead = format!(
         "Sensor: {}. Quantum efficiency: {}. The same configuration, seed and version give the same frames.",
         record.sensor, record.efficiency
     );
-    section("Configuration", &lead, &(inherited(record) + &text + &hash))
+    let content = html! {
+        (inherited(&record.inherited))
+        details { summary { "Effective configuration" } pre { (toml::to_string(&record.config).unwrap_or_default()) } }
+        p.hash.note { "config " (record.config_hash) }
+    };
+    section("Configuration", &lead, content)
 }
 
 /// What the sensor has from presets and defaults, with the location of each value.
-fn inherited(record: &Characterization) -> String {
-    let row = |value: &Inherited| {
-        let (key, location) = (escaped(&value.key), escaped(&format!("{}:{}", value.layer, value.line)));
-        format!(
-            "<tr><th scope=\"row\">{key}</th><td>{}</td><td>{location}</td></tr>",
-            escaped(&value.value.to_string())
-        )
-    };
-    let rows: String = record.inherited.iter().map(row).collect();
-    format!(
-        "<details><summary>{} inherited values of the sensor</summary><table><tbody>{rows}</tbody></table></details>",
-        record.inherited.len()
-    )
+fn inherited(values: &[Inherited]) -> Markup {
+    html! {
+        details {
+            summary { (values.len()) " inherited values of the sensor" }
+            table {
+                tbody {
+                    @for Inherited { key, value, layer, line } in values {
+                        tr { th scope="row" { (key) } td { (value.to_string()) } td { (layer) ":" (line) } }
+                    }
+                }
+            }
+        }
+    }
 }

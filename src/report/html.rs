@@ -31,8 +31,9 @@ use maud::{Markup, html};
 
 use crate::report::ladder_record::LadderRecord;
 use crate::report::record::Report;
+pub(crate) use frames::png_uri;
 pub use parts::{FramePicture, FramePictures, Mark};
-use parts::{document, pair, script, style};
+pub(crate) use parts::{document, pair, script, section, style};
 
 /// The whole page.
 pub fn html(report: &Report, pictures: &FramePictures) -> String {

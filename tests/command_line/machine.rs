@@ -237,7 +237,7 @@ fn a_run_says_that_no_features_were_sent_and_names_both_jitters() {
 #[test]
 fn a_characterized_sensor_says_what_its_efficiency_is_made_of_and_what_it_inherits() {
     let folder = Scratch::new("inherits");
-    let file = folder.join("mine.toml");
+    let file = folder.join("<b>mine.toml");
     std::fs::write(&file, "[sensor.pixel]\nquantum_efficiency = 0.6\n").unwrap();
     let words = ["characterize", &file, "--size", "64x48", "--points", "40", "--stack", "32", "--quiet", "--out"];
     let outcome = sensel(&[&words[..], &[&folder.join("out")]].concat());
@@ -254,4 +254,5 @@ fn a_characterized_sensor_says_what_its_efficiency_is_made_of_and_what_it_inheri
     assert!(record["inherited"].as_array().unwrap().len() > 60 && record["config"]["sensor"].is_object());
     let page = std::fs::read_to_string(folder.path().join("out/characterization.html")).unwrap();
     assert!(page.contains("inherited values of the sensor") && page.contains("sensor.pixel.fill_factor"));
+    assert!(page.contains("&lt;b&gt;mine.toml:2") && !page.contains("<b>"), "a file's name is text");
 }

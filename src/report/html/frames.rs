@@ -75,7 +75,7 @@ fn ticks(positions: impl Iterator<Item = (f64, f64)>) -> String {
 }
 
 /// A data URI of the picture as PNG.
-pub(super) fn png_uri(values: &Plane<u8>) -> String {
+pub(crate) fn png_uri(values: &Plane<u8>) -> String {
     let size = values.size();
     let mut bytes = Vec::new();
     PngEncoder::new(&mut bytes)
