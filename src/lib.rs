@@ -34,6 +34,7 @@ pub mod units;
 pub mod plane;
 pub mod text;
 pub mod pose;
+pub mod so3;
 pub mod error;
 #[cfg(feature = "exr")]
 pub mod picture;

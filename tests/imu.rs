@@ -12,7 +12,8 @@ use sensel::scene::motion::imu::{
     ADIS16448, GRAVITY_IN_WORLD_M_PER_S2, GRAVITY_M_PER_S2, IDEAL, Imu, ImuNoise, ImuSample, MEMS_PHONE, samples, truth,
 };
 use sensel::scene::motion::path::PathShape;
-use sensel::scene::motion::{KNOT_S, Motion, PlacedSpline, Spline, Y_UP_FROM_Z_UP, from_first_sample, so3};
+use sensel::scene::motion::{KNOT_S, Motion, PlacedSpline, Spline, Y_UP_FROM_Z_UP, from_first_sample};
+use sensel::so3;
 use sensel::units::Span;
 
 const ROOM1: &str = include_str!("../scenes/bathroom/tum_vi_room1.txt");

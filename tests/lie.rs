@@ -4,9 +4,10 @@
 
 use glam::{DMat3, DQuat, DVec3};
 use sensel::pose::Pose;
+use sensel::so3::{self, EXP_SERIES_ANGLE_RAD_MAX};
 use sensel::tracker::lie::{
-    QUATERNION_SERIES_ANGLE_RAD_MAX, SERIES_ANGLE_RAD_MAX, Sim3, SimTwist, Twist, se3_adjoint, se3_exp, se3_log,
-    so3_exp, so3_left_jacobian, so3_left_jacobian_inverse, so3_log,
+    SERIES_ANGLE_RAD_MAX, Sim3, SimTwist, Twist, se3_adjoint, se3_exp, se3_log, so3_left_jacobian,
+    so3_left_jacobian_inverse,
 };
 
 #[derive(serde::Deserialize)]
@@ -69,7 +70,7 @@ fn exponentials_and_jacobians_equal_sixty_digit_references_from_zero_to_pi() {
             check("sim3_exp", &case, &affine(sim.rotation, sim.scale, sim.translation_m), &case.sim3_exp, 4e-15);
         let jacobian = Sim3::left_jacobian(SimTwist::from_array(case.tangent));
         compared += check("sim3", &case, &row_major(&jacobian), &case.sim3_left_jacobian, 2e-14);
-        for (seam, first) in [(QUATERNION_SERIES_ANGLE_RAD_MAX, 0), (SERIES_ANGLE_RAD_MAX, 2)] {
+        for (seam, first) in [(EXP_SERIES_ANGLE_RAD_MAX, 0), (SERIES_ANGLE_RAD_MAX, 2)] {
             sides[first + usize::from(case.angle_rad() >= seam)] += 1;
         }
     }
@@ -127,7 +128,7 @@ fn a_million_composed_rotations_stay_on_the_manifold_and_end_where_they_must() {
     // A turn of 7 whole turns over a million steps about a skew axis ends at the identity. Each product rounds by at
     // most 4 * 2^-53 and each step's own angle by 2^-53 of it: 1e6 * 5e-16 = 5e-10 if all erred the same way.
     let axis = DVec3::new(2.0, -1.0, 2.0) / 3.0;
-    let step = Pose::new(so3_exp(axis * (7.0 * std::f64::consts::TAU / 1e6)), DVec3::ZERO);
+    let step = Pose::new(so3::exp(axis * (7.0 * std::f64::consts::TAU / 1e6)), DVec3::ZERO);
     let mut pose = Pose::IDENTITY;
     let mut worst = 0.0_f64;
     for _ in 0..1_000_000 {
@@ -136,7 +137,7 @@ fn a_million_composed_rotations_stay_on_the_manifold_and_end_where_they_must() {
     }
     // Normalising leaves the length within two roundings.
     assert!(worst <= 4.0 * f64::EPSILON, "length off by {worst:e}");
-    assert!(so3_log(pose.rotation).length() < 5e-10, "{}", so3_log(pose.rotation));
+    assert!(so3::log(pose.rotation).length() < 5e-10, "{}", so3::log(pose.rotation));
     let matrix = DMat3::from_quat(pose.rotation);
     let off = matrix * matrix.transpose() - DMat3::IDENTITY;
     assert!(off.to_cols_array().iter().all(|x| x.abs() < 2e-15));
@@ -148,7 +149,7 @@ fn a_million_composed_rotations_stay_on_the_manifold_and_end_where_they_must() {
         sim = sim.then(&grow).then(&shrink);
     }
     // 1.25 * 0.8 rounds to 1 within 2^-53: 1e6 steps of at most that.
-    assert!((sim.scale - 1.0).abs() < 1.2e-10 && so3_log(sim.rotation).length() < 5e-10, "{sim:?}");
+    assert!((sim.scale - 1.0).abs() < 1.2e-10 && so3::log(sim.rotation).length() < 5e-10, "{sim:?}");
 }
 
 /// Fourth-order central difference: error h^4 / 30 times the fifth derivative, and 1.5 roundings / h.

@@ -5,8 +5,9 @@
 use glam::DVec3;
 use sensel::pose::{Pose, TimedPose, parse_tum};
 use sensel::scene::motion::{
-    self, GAP_S_MAX, KNOT_S, Motion, MotionError, PlacedSpline, Spline, Y_UP_FROM_Z_UP, so3, without_gaps,
+    self, GAP_S_MAX, KNOT_S, Motion, MotionError, PlacedSpline, Spline, Y_UP_FROM_Z_UP, without_gaps,
 };
+use sensel::so3;
 use sensel::units::Span;
 
 const ROOM1: &str = include_str!("../scenes/bathroom/tum_vi_room1.txt");

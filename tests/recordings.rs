@@ -8,8 +8,9 @@ use glam::{DQuat, DVec3};
 use sensel::pose::{Pose, TimedPose, parse_tum};
 use sensel::scene::motion::recording::{Recording, parse};
 use sensel::scene::motion::{
-    GAP_S_MAX, KNOT_S, MotionError, Spline, TURN_DEG_MAX, from_first_sample, gaps_within, so3, without_gaps,
+    GAP_S_MAX, KNOT_S, MotionError, Spline, TURN_DEG_MAX, from_first_sample, gaps_within, without_gaps,
 };
+use sensel::so3;
 use sensel::units::Span;
 
 const ROOM1: &str = include_str!("../scenes/bathroom/tum_vi_room1.txt");

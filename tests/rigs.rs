@@ -11,7 +11,7 @@ use sensel::files::euroc::EurocReader;
 use sensel::pose::parse_tum;
 use sensel::run::{NoFiles, NoProgress, SensorSetup, Setup};
 use sensel::scene::motion::imu::{ADIS16448, GRAVITY_M_PER_S2};
-use sensel::scene::motion::so3;
+use sensel::so3;
 use sensel::units::{FrameIndex, RowIndex};
 
 /// A small and quick sensor.

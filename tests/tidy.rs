@@ -22,6 +22,7 @@ const ORDER: &[&str] = &[
     "plane",
     "text",
     "pose",
+    "so3",
     "error",
     "picture",
     "parallel",

@@ -7,7 +7,7 @@ use super::scenario::{RigCamera, Scenario};
 use crate::error::Error;
 use crate::pose::Pose;
 use crate::scene::motion::imu::{ADIS16448, IDEAL, Imu, MEMS_PHONE};
-use crate::scene::motion::so3;
+use crate::so3;
 
 /// Furthest position on a rig, along an axis.
 const POSITION_MM_MAX: f64 = 10_000.0;

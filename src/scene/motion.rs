@@ -8,7 +8,6 @@ pub mod imu;
 mod limits;
 pub mod path;
 pub mod recording;
-pub mod so3;
 pub mod spline;
 
 use glam::{DQuat, DVec3};

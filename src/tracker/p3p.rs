@@ -112,7 +112,7 @@ fn align(from: &[DVec3; 3], to: &[DVec3; 3]) -> Pose {
 mod tests {
     use super::*;
     use crate::draw::DrawKey;
-    use crate::tracker::lie::so3_exp;
+    use crate::so3;
 
     /// A number in -1..1 of a case.
     fn number(seed: u64, case: u64, field: u64) -> f64 {
@@ -127,7 +127,7 @@ mod tests {
             let triple = |start: u64| {
                 DVec3::new(number(seed, case, start), number(seed, case, start + 1), number(seed, case, start + 2))
             };
-            let truth = Pose::new(so3_exp(triple(0) * 1.8), triple(3) * 3.0);
+            let truth = Pose::new(so3::exp(triple(0) * 1.8), triple(3) * 3.0);
             let in_camera = [6, 9, 12].map(|start| triple(start) + DVec3::new(0.0, 0.0, 2.5));
             let points_m = in_camera.map(|point| truth.inverse().point(point));
             let side = (points_m[1] - points_m[0]).cross(points_m[2] - points_m[0]).length();

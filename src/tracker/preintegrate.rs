@@ -14,7 +14,8 @@ use glam::{DMat3, DQuat, DVec3};
 use nalgebra::SMatrix;
 
 use crate::pose::Pose;
-use crate::tracker::lie::{skew, so3_exp, so3_log, so3_right_jacobian, so3_right_jacobian_inverse};
+use crate::so3;
+use crate::tracker::lie::{skew, so3_right_jacobian, so3_right_jacobian_inverse};
 
 /// One reading, in the IMU's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -157,9 +158,9 @@ impl Preintegrated {
             mean(start.angular_velocity_rad_per_s, end.angular_velocity_rad_per_s) - self.bias.gyroscope_rad_per_s;
         let force = mean(start.acceleration_m_per_s2, end.acceleration_m_per_s2) - self.bias.accelerometer_m_per_s2;
         let (turn, half) = (rate * dt, rate * (0.5 * dt));
-        let middle = self.rotation * so3_exp(half);
+        let middle = self.rotation * so3::exp(half);
         let middle_matrix = DMat3::from_quat(middle);
-        let (back, half_back) = (DMat3::from_quat(so3_exp(-turn)), DMat3::from_quat(so3_exp(-half)));
+        let (back, half_back) = (DMat3::from_quat(so3::exp(-turn)), DMat3::from_quat(so3::exp(-half)));
         let (by_rate, by_rate_half) = (so3_right_jacobian(turn) * dt, so3_right_jacobian(half) * (0.5 * dt));
         // A turn d of the middle frame, on its right, turns the force by -[force] d.
         let force_by_turn = -(middle_matrix * skew(force));
@@ -179,7 +180,7 @@ impl Preintegrated {
         let acceleration = middle * force;
         self.position_m += self.velocity_m_per_s * dt + acceleration * (0.5 * dt * dt);
         self.velocity_m_per_s += acceleration * dt;
-        self.rotation = (self.rotation * so3_exp(turn)).normalize();
+        self.rotation = (self.rotation * so3::exp(turn)).normalize();
     }
 
     /// Carries the covariance over an interval. White noise of density s has the variance s^2 / dt in a mean over dt.
@@ -224,7 +225,7 @@ impl Preintegrated {
         let accelerometer = bias.accelerometer_m_per_s2 - self.bias.accelerometer_m_per_s2;
         let velocity = self.velocity_by_gyroscope * gyroscope + self.velocity_by_accelerometer * accelerometer;
         let position = self.position_by_gyroscope * gyroscope + self.position_by_accelerometer * accelerometer;
-        let rotation = (self.rotation * so3_exp(self.rotation_by_gyroscope * gyroscope)).normalize();
+        let rotation = (self.rotation * so3::exp(self.rotation_by_gyroscope * gyroscope)).normalize();
         (rotation, self.velocity_m_per_s + velocity, self.position_m + position)
     }
 
@@ -233,7 +234,7 @@ impl Preintegrated {
         let (rotation, velocity, position) = self.corrected(&from.bias);
         let (turned, gained, way) = self.relative(from, to, gravity_m_per_s2);
         let parts = [
-            so3_log(rotation.conjugate() * turned),
+            so3::log(rotation.conjugate() * turned),
             gained - velocity,
             way - position,
             to.bias.gyroscope_rad_per_s - from.bias.gyroscope_rad_per_s,
@@ -270,7 +271,7 @@ impl Preintegrated {
         let (mut a, mut b) = (StateJacobian::zeros(), StateJacobian::zeros());
         put(&mut a, (0, 3), -(inverse * turned.transpose()));
         put(&mut b, (0, 3), inverse);
-        put(&mut a, (0, 9), -(inverse * DMat3::from_quat(so3_exp(-miss)) * by_gyroscope));
+        put(&mut a, (0, 9), -(inverse * DMat3::from_quat(so3::exp(-miss)) * by_gyroscope));
         put(&mut a, (3, 3), skew(gained));
         put(&mut a, (3, 6), -back);
         put(&mut b, (3, 6), back);

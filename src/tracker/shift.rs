@@ -11,7 +11,7 @@ use super::answer::TrackerWork;
 use super::localiser::Localiser;
 use crate::num::{index, u32_from, u64_from};
 use crate::pose::Pose;
-use crate::tracker::lie::so3_exp;
+use crate::so3;
 use crate::tracker::matching::Distances;
 use crate::tracker::row_motion::Moving;
 
@@ -63,7 +63,7 @@ pub fn turned(frame: &Localiser<'_>, predicted: &Moving, work: &mut TrackerWork)
     let camera = &frame.cameras[camera];
     // A turn about the camera's y moves the picture along x, one about its x along y.
     let angles = DVec3::new(-shift_px.y, shift_px.x, 0.0) / camera.focal_px;
-    let turn = Pose::new(so3_exp(angles), DVec3::ZERO);
+    let turn = Pose::new(so3::exp(angles), DVec3::ZERO);
     let in_body = camera.calibration.body_from_camera.then(&turn).then(&camera.camera_from_body);
     Some(Moving { body_from_world: in_body.then(&predicted.body_from_world), ..*predicted })
 }

@@ -13,8 +13,9 @@ use super::params::TrackerParams;
 use crate::draw::DrawKey;
 use crate::num::{greater, lesser, u64_from};
 use crate::pose::Pose;
+use crate::so3;
 use crate::tracker::initial::{BearingPair, Refusal, TwoViewSettings, turn, two_view};
-use crate::tracker::lie::{Twist, so3_exp, so3_log};
+use crate::tracker::lie::Twist;
 use crate::tracker::matching::{Best, MatchRule, mutual};
 use crate::tracker::proof::{self, Hypothesis, PathView};
 use crate::tracker::rig::{CameraKeypoints, Keypoint, RigCamera};
@@ -216,7 +217,7 @@ impl Initialisation<'_> {
     /// The camera's turn over a time, at a rate of the body's.
     fn turn(&self, turning: Option<Twist>, span_s: f64) -> DQuat {
         let axis_rad = turning.map_or(DVec3::ZERO, |rate| rate.angular_rad * span_s);
-        so3_exp(self.cameras[0].camera_from_body.direction(axis_rad))
+        so3::exp(self.cameras[0].camera_from_body.direction(axis_rad))
     }
 
     /// Two frames against each other: a start, none yet, or an opening that has too little in common with the present.
@@ -285,7 +286,7 @@ impl Initialisation<'_> {
         }
         let (camera, pairs) = most?;
         let now_from_before = turn(&pairs, &self.search(camera, TURN_SIGMAS), self.key.with(3))?;
-        let axis_rad = self.cameras[camera].calibration.body_from_camera.direction(so3_log(now_from_before));
+        let axis_rad = self.cameras[camera].calibration.body_from_camera.direction(so3::log(now_from_before));
         Some(Twist { linear_m: DVec3::ZERO, angular_rad: axis_rad / (now.t_s - before.t_s) })
     }
 

@@ -7,7 +7,8 @@ use sensel::num::{f64_from_usize, u64_from};
 use sensel::pose::Pose;
 use sensel::scene::motion::imu::{self, GRAVITY_IN_WORLD_M_PER_S2, IDEAL, Imu, ImuNoise, MEMS_PHONE};
 use sensel::scene::motion::{BodyState, Motion, PlacedSpline, Spline};
-use sensel::tracker::lie::{Twist, se3_exp, so3_exp, so3_log};
+use sensel::so3;
+use sensel::tracker::lie::{Twist, se3_exp};
 use sensel::tracker::preintegrate::{Bias, ImuError, ImuMeasurement, ImuState, Noise, Preintegrated};
 use sensel::units::Span;
 
@@ -18,7 +19,7 @@ fn hand(t_s: f64) -> Pose {
     let wave = |hz: f64, phase: f64| libm::sin(std::f64::consts::TAU * hz * t_s + phase);
     let position_m = DVec3::new(0.3 * wave(0.7, 0.0), 0.15 * wave(1.1, 1.0), 0.25 * wave(0.9, 2.0));
     let turn = DVec3::new(0.3 * wave(0.8, 0.5), 0.5 * wave(0.5, 1.5), 0.2 * wave(1.2, 2.5));
-    Pose::new(so3_exp(turn), position_m)
+    Pose::new(so3::exp(turn), position_m)
 }
 
 fn motion() -> Motion {
@@ -133,10 +134,10 @@ fn the_first_order_in_the_bias_is_that_of_integrating_again() {
         let bias = Bias { gyroscope_rad_per_s: DVec3::new(a, b, c), accelerometer_m_per_s2: DVec3::new(d, e, f) };
         let (again, (rotation, velocity, position)) = (at(bias), base.corrected(&bias));
         // Second order: (h * 0.5 s)^2 times a force of 10 m/s^2.
-        assert!(so3_log(rotation.conjugate() * again.rotation).length() < 1e-6, "axis {axis}");
+        assert!(so3::log(rotation.conjugate() * again.rotation).length() < 1e-6, "axis {axis}");
         assert!((velocity - again.velocity_m_per_s).length() < 3e-6 && (position - again.position_m).length() < 3e-6);
         let moved = (again.velocity_m_per_s - base.velocity_m_per_s).length()
-            + so3_log(base.rotation.conjugate() * again.rotation).length();
+            + so3::log(base.rotation.conjugate() * again.rotation).length();
         assert!(moved > 1e-4, "axis {axis} must matter: {moved:e}");
         tried += 1;
     }
@@ -156,7 +157,7 @@ fn the_covariance_is_what_noisy_readings_scatter_by() {
         let noisy = readings(&motion, quiet, DrawKey::root(1_000 + u64_from(trial)));
         let step = Preintegrated::new(&noisy, span, Bias::default(), &noise(&quiet)).unwrap();
         let parts = [
-            so3_log(exact.rotation.conjugate() * step.rotation),
+            so3::log(exact.rotation.conjugate() * step.rotation),
             step.velocity_m_per_s - exact.velocity_m_per_s,
             step.position_m - exact.position_m,
         ];

@@ -4,11 +4,11 @@ use glam::{DMat3, DVec3};
 use sensel::draw::DrawKey;
 use sensel::num::u64_from;
 use sensel::pose::Pose;
+use sensel::so3;
 use sensel::tracker::initial::{
     BearingPair, PAIRS_MIN, Refusal, TwoView, TwoViewModel, TwoViewSettings, five_point, homography, models, motions,
     triangulated, two_view,
 };
-use sensel::tracker::lie::so3_exp;
 
 use super::{normal, normals};
 
@@ -40,7 +40,7 @@ fn pairs(points: &[DVec3], motion: &Pose, (noise_rad, wrong): (f64, f64), key: D
 }
 
 fn hand(key: DrawKey, baseline_m: f64) -> Pose {
-    Pose::new(so3_exp(normals(key.with(1)) * 0.06), normals(key.with(2)).normalize() * baseline_m)
+    Pose::new(so3::exp(normals(key.with(1)) * 0.06), normals(key.with(2)).normalize() * baseline_m)
 }
 
 fn degrees(a: &Pose, b: &Pose) -> f64 {
@@ -53,7 +53,7 @@ fn five_pairs_give_the_essential_matrix_that_made_them() {
     let (mut tried, mut missed, mut solutions) = (0, 0, 0);
     for case in 0..2_000 {
         let key = DrawKey::root(seed).with(case);
-        let truth = Pose::new(so3_exp(normals(key.with(1)) * 0.5), normals(key.with(2)).normalize());
+        let truth = Pose::new(so3::exp(normals(key.with(1)) * 0.5), normals(key.with(2)).normalize());
         let points: [DVec3; 5] =
             std::array::from_fn(|n| DVec3::new(0.0, 0.0, 4.0) + normals(key.with(10 + u64_from(n))));
         let first = points.map(DVec3::normalize);
@@ -176,7 +176,7 @@ fn turning_on_the_spot_is_called_a_rotation_and_starts_no_map() {
     let mut tried = 0;
     for seed in 0..12 {
         for turn in [0.0, 0.02, 0.4] {
-            let truth = Pose::new(so3_exp(DVec3::new(0.3, 0.9, -0.3).normalize() * turn), DVec3::ZERO);
+            let truth = Pose::new(so3::exp(DVec3::new(0.3, 0.9, -0.3).normalize() * turn), DVec3::ZERO);
             let view = solved(seed, (&cloud(DrawKey::root(seed).with(9), 150, false), &truth), 0.3);
             assert_eq!(view.model, TwoViewModel::Rotation, "seed {seed}, {turn} rad: {:?}", view.criteria);
             // 0.13 degrees a pair and axis over sqrt(105): 0.013 aside, and over the bearings' lever of 0.4 about the

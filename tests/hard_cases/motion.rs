@@ -3,11 +3,9 @@
 use glam::{DMat3, DQuat, DVec3};
 use sensel::num::{f64_from_usize, greater};
 use sensel::pose::Pose;
-use sensel::scene::motion::{Spline, so3};
-use sensel::tracker::lie::{
-    QUATERNION_SERIES_ANGLE_RAD_MAX, SERIES_ANGLE_RAD_MAX, so3_exp, so3_left_jacobian, so3_left_jacobian_inverse,
-    so3_log,
-};
+use sensel::scene::motion::Spline;
+use sensel::so3::{self, EXP_SERIES_ANGLE_RAD_MAX};
+use sensel::tracker::lie::{SERIES_ANGLE_RAD_MAX, so3_left_jacobian, so3_left_jacobian_inverse};
 
 use super::double_double::{Dd, Vector, dd, dot, times, vector};
 use super::table::{Chance, Stage};
@@ -69,18 +67,13 @@ fn distance(found: DVec3, exact: Vector) -> f64 {
 }
 
 pub fn scene(stage: &mut Stage) {
-    let functions: Rotations = ("trajectory", so3::exp, so3::log);
-    exponentials(stage, "exponential of rotations (trajectory)", "logarithm of rotations (trajectory)", functions);
+    exponentials(stage);
     spline(stage);
 }
 
 pub fn tracker(stage: &mut Stage) {
-    let functions: Rotations = ("tracker", so3_exp, so3_log);
-    exponentials(stage, "exponential of rotations (tracker)", "logarithm of rotations (tracker)", functions);
     jacobians(stage);
 }
-
-type Rotations = (&'static str, fn(DVec3) -> DQuat, fn(DQuat) -> DVec3);
 
 /// Angles around a seam, of every size, and up to pi within an ulp.
 fn angle(chance: &mut Chance, kind: u64, seam_rad: f64) -> f64 {
@@ -94,40 +87,39 @@ fn angle(chance: &mut Chance, kind: u64, seam_rad: f64) -> f64 {
 }
 
 /// The angle rounds by 2.5 * 2^-53 of itself (three products under a root), its half's sine by 2, the quotient and the product by one
-/// each: a vector part by (2.5 + 2 + 2) * 2^-53, relative, and with the normalisation 3 more; the cosine by 2 * 2^-53 and by pi / 2 of
-/// the angle's 2.5: 6 * 2^-53 and 3 more. 10 * 2^-53 of the vector part or of one holds for both. Logarithms: the length rounds by 2.5,
-/// the arctangent by 2 and passes on no more than the relative error of its first part, quotient and products by 3: 8 * 2^-53 of the
-/// angle.
-fn exponentials(stage: &mut Stage, of_exp: &'static str, of_log: &'static str, (_, exp, log): Rotations) {
+/// each: a vector part by (2.5 + 2 + 2) * 2^-53, relative; the cosine by 2 * 2^-53 and by pi / 2 of the angle's 2.5: 6 * 2^-53. 7 * 2^-53
+/// of the vector part or of one holds for both. Logarithms: the length rounds by 2.5, the arctangent by 2 and passes on no more than the
+/// relative error of its first part, quotient and products by 3: 8 * 2^-53 of the angle.
+fn exponentials(stage: &mut Stage) {
     let sides = &["below the seam", "above", "near pi", "tiny", "any", "at pi or zero"];
     let mut chance = Chance::new(901);
     let mut samples = Vec::new();
     for kind in (0..5).cycle().take(4000) {
-        let angle_rad = angle(&mut chance, kind, QUATERNION_SERIES_ANGLE_RAD_MAX);
+        let angle_rad = angle(&mut chance, kind, EXP_SERIES_ANGLE_RAD_MAX);
         samples.push((usize::try_from(kind).unwrap(), chance.direction() * angle_rad));
     }
     samples.extend([DVec3::ZERO, DVec3::X * std::f64::consts::PI, DVec3::NEG_Y * std::f64::consts::PI].map(|v| (5, v)));
     let reference = "quaternion in double-double";
-    let case = stage.case(of_exp, reference, "relative", sides);
+    let case = stage.case("exponential of rotations", reference, "relative", sides);
     for &(side, v) in &samples {
-        let (found, exact) = (exp(v), exact_exp(vector(v.to_array())));
+        let (found, exact) = (so3::exp(v), exact_exp(vector(v.to_array())));
         let size = dot([exact[0], exact[1], exact[2]], [exact[0], exact[1], exact[2]]).sqrt().high;
         let of_vector = distance(found.xyz(), [exact[0], exact[1], exact[2]]);
         let error = greater(exact[3].miss(found.w), if size > 0.0 { of_vector / size } else { of_vector });
-        case.see(side, error, 10.0 * ROUND, || format!("{v}: {found}"));
+        case.see(side, error, 7.0 * ROUND, || format!("{v}: {found}"));
     }
-    let case = stage.case(of_log, reference, "relative", sides);
+    let case = stage.case("logarithm of rotations", reference, "relative", sides);
     for &(side, v) in &samples {
         // The rotation itself, rounded to f64 once, so that only the logarithm is judged; at pi of either sign of w.
         let q = exact_exp(vector(v.to_array())).map(Dd::f64);
         let q = DQuat::from_xyzw(q[0], q[1], q[2], if side == 5 { q[3].round() } else { q[3] });
         let exact = exact_log(exact(q));
-        let found = log(q);
+        let found = so3::log(q);
         let size = dot(exact, exact).sqrt().high;
         let error = distance(found, exact) / if size > 0.0 { size } else { 1.0 };
         case.see(side, error, 8.0 * ROUND, || format!("{q}: {found}"));
         if side < 5 {
-            let same = log(-q) == found;
+            let same = so3::log(-q) == found;
             case.hold(side, same, || format!("{q} and its opposite"));
         }
     }

@@ -66,8 +66,7 @@ fn alignments(stage: &mut Stage) {
                 if number % 5 == 3 { start } else { start + 0.1 * t * along + offset }
             })
             .collect();
-        let motion =
-            Pose::new(sensel::tracker::lie::so3_exp(chance.direction() * chance.between(0.0, 3.0)), chance.direction());
+        let motion = Pose::new(sensel::so3::exp(chance.direction() * chance.between(0.0, 3.0)), chance.direction());
         let truth: Vec<DVec3> = estimate.iter().map(|&point| motion.point(point)).collect();
         let found = umeyama(&truth, &estimate, AlignmentScale::Kept);
         match number % 5 {

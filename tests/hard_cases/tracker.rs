@@ -3,9 +3,9 @@
 use glam::{DQuat, DVec3};
 use sensel::num::{f64_from_usize, greater, lesser};
 use sensel::pose::Pose;
+use sensel::so3;
 use sensel::tracker::dense::solve_cholesky;
 use sensel::tracker::initial::{BearingPair, triangulated};
-use sensel::tracker::lie::so3_exp;
 use sensel::tracker::p3p;
 use sensel::tracker::polynomial::{positive_roots, real_roots};
 
@@ -146,7 +146,7 @@ fn flat_triangles(stage: &mut Stage) {
         let share = chance.between(0.3, 0.7);
         let in_camera =
             [middle - 0.5 * along, middle + 0.5 * along, middle + (share - 0.5) * along + flatness * across];
-        let truth = Pose::new(so3_exp(chance.direction() * chance.between(0.0, 3.1)), 5.0 * chance.direction());
+        let truth = Pose::new(so3::exp(chance.direction() * chance.between(0.0, 3.1)), 5.0 * chance.direction());
         let points_m = in_camera.map(|point| truth.inverse().point(point));
         let poses = p3p::solve(&in_camera.map(DVec3::normalize), &points_m);
         if side == 1 {
@@ -177,7 +177,7 @@ fn far_points(stage: &mut Stage) {
         let side = number % 4;
         let depth = if side == 1 { chance.decade(1e3, 1e9) } else { chance.decade(1.5, 1e3) };
         let point = depth * DVec3::new(chance.between(-0.5, 0.5), chance.between(-0.5, 0.5), 1.0).normalize();
-        let turn = so3_exp(chance.direction() * chance.between(0.0, 0.5));
+        let turn = so3::exp(chance.direction() * chance.between(0.0, 0.5));
         let motion = Pose::new(turn, DVec3::new(chance.between(0.5, 1.0), chance.between(-0.5, 0.5), 0.1).normalize());
         let sign = if side == 2 { -1.0 } else { 1.0 };
         let pair = if side == 3 {

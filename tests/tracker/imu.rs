@@ -4,7 +4,7 @@ use glam::DVec3;
 use sensel::draw::DrawKey;
 use sensel::num::{f64_from_i64, f64_from_u64};
 use sensel::pose::Pose;
-use sensel::tracker::lie::{so3_exp, so3_log};
+use sensel::so3;
 use sensel::tracker::preintegrate::Bias;
 use sensel::tracker::preintegrate::chain::WindowKeyframe;
 use sensel::tracker::{
@@ -29,7 +29,7 @@ const GRAVITY: DVec3 = DVec3::new(0.0, 9.806_65, 0.0);
 
 /// Turned and 5 cm away from the body.
 fn mounting() -> Pose {
-    Pose::new(so3_exp(DVec3::new(0.3, -1.1, 0.4)), DVec3::new(0.03, -0.02, 0.04))
+    Pose::new(so3::exp(DVec3::new(0.3, -1.1, 0.4)), DVec3::new(0.03, -0.02, 0.04))
 }
 
 /// Readings at `k / 200 Hz` over some seconds. Third differences of the motions are below 100 m/s^3: a step of 1 ms leaves 1e-5 m/s^2.
@@ -45,7 +45,7 @@ fn readings(motion: fn(f64) -> Pose, seconds: f64, seed: u64) -> Vec<ImuMeasurem
         };
         let (before, now, after) = (imu(t_s - h), imu(t_s), imu(t_s + h));
         let acceleration = (after.translation_m - 2.0 * now.translation_m + before.translation_m) / (h * h);
-        let turn = so3_log((before.rotation.conjugate() * after.rotation).normalize()) / (2.0 * h);
+        let turn = so3::log((before.rotation.conjugate() * after.rotation).normalize()) / (2.0 * h);
         ImuMeasurement {
             t_s,
             angular_velocity_rad_per_s: turn + BIAS.gyroscope_rad_per_s + noise(0, PHONE.gyroscope_noise_density),
@@ -141,7 +141,7 @@ fn jerked(t_s: f64) -> Pose {
     let share = ((t_s - 2.0) / 0.3).clamp(0.0, 1.0);
     let turned = 1.4 * share * share * (3.0 - 2.0 * share);
     let pose = lively(0.5 * t_s);
-    Pose::new((pose.rotation * so3_exp(DVec3::Y * turned)).normalize(), pose.translation_m)
+    Pose::new((pose.rotation * so3::exp(DVec3::Y * turned)).normalize(), pose.translation_m)
 }
 
 /// Two corners of five are found and every second one is false; a turn of 13 degrees a frame moves the picture by 70 px and more.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use sensel::pose::{Pose, TimedPose};
 use sensel::report::trajectory_figures;
-use sensel::tracker::lie::so3_exp;
+use sensel::so3;
 use sensel::tracker::{Tracker, TrackerParams};
 
 use super::synthetic::{Hardship, World, room, time_s};
@@ -26,7 +26,7 @@ const LAP_S: f64 = 10.0;
 fn lapping(t_s: f64) -> Pose {
     let turn = std::f64::consts::TAU * t_s / LAP_S;
     let position_m = DVec3::new(3.0 * libm::sin(turn), 0.0, -3.0 * libm::cos(turn));
-    let ahead = so3_exp(DVec3::Y * (0.5 * std::f64::consts::PI - turn));
+    let ahead = so3::exp(DVec3::Y * (0.5 * std::f64::consts::PI - turn));
     Pose::new(ahead, position_m)
 }
 

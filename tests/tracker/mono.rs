@@ -5,7 +5,7 @@ use sensel::report::trajectory_figures;
 use sensel::tracker::{Status, TrackedFrame, Tracker, TrackerParams};
 
 use glam::DVec3;
-use sensel::tracker::lie::so3_exp;
+use sensel::so3;
 
 use super::synthetic::{World, lively, mono_rig, resting, stereo_rig, time_s, turning};
 
@@ -114,8 +114,8 @@ fn the_noise_of_positions_is_learnt_from_one_cameras_residuals() {
 /// A rig whose two cameras look to opposite sides, 20 cm apart: nothing is seen twice at one instant.
 fn opposite(seed: u64) -> World {
     let mut world = World::usual(seed);
-    world.cameras[0].body_from_camera = Pose::new(so3_exp(DVec3::Y * 1.5), DVec3::new(0.1, 0.0, 0.0));
-    world.cameras[1].body_from_camera = Pose::new(so3_exp(DVec3::Y * -1.6), DVec3::new(-0.1, 0.02, 0.0));
+    world.cameras[0].body_from_camera = Pose::new(so3::exp(DVec3::Y * 1.5), DVec3::new(0.1, 0.0, 0.0));
+    world.cameras[1].body_from_camera = Pose::new(so3::exp(DVec3::Y * -1.6), DVec3::new(-0.1, 0.02, 0.0));
     world
 }
 
@@ -182,7 +182,7 @@ fn texture_that_repeats_does_not_pull_a_frame_one_period_aside() {
     }
     let jerky = |t_s: f64| {
         let turned = if t_s > 1.0 { 2.0 * (t_s - 1.0) } else { 0.0 };
-        Pose::new(so3_exp(DVec3::Y * turned.min(0.6)), DVec3::new(0.3 * libm::sin(t_s), 0.0, 0.1 * t_s))
+        Pose::new(so3::exp(DVec3::Y * turned.min(0.6)), DVec3::new(0.3 * libm::sin(t_s), 0.0, 0.1 * t_s))
     };
     let answers = follow(&world, jerky, 60, 0.0);
     let first = answers[0].0.world_from_body.inverse();

@@ -8,7 +8,7 @@ use sensel::draw::DrawKey;
 use sensel::num::{f64_from_u64, low_u8, low_u32, u32_truncated, u64_from};
 use sensel::optics::lens::{Intrinsics, Kb4, Lens, Mapping, Radtan};
 use sensel::pose::Pose;
-use sensel::tracker::lie::so3_exp;
+use sensel::so3;
 use sensel::tracker::{CameraCalibration, FrameInput, RowClock};
 use sensel::units::Size;
 use sensel::words::{PositionPx, Turns};
@@ -68,7 +68,7 @@ pub fn stereo_rig() -> Vec<CameraCalibration> {
             mapping: Mapping::Radtan(Radtan { k1: -0.03, k2: 0.004, p1: 0.0003, p2: -0.0002, k3: 0.0 }),
         },
         size,
-        body_from_camera: Pose::new(so3_exp(turn), DVec3::new(x_m, 0.002, 0.001)),
+        body_from_camera: Pose::new(so3::exp(turn), DVec3::new(x_m, 0.002, 0.001)),
     };
     vec![
         camera(-0.0325, DVec3::new(0.003, 0.004, -0.002), 320.0),
@@ -129,15 +129,15 @@ pub fn lively(t_s: f64) -> Pose {
         0.15 * wave(1.4, 0.5) + 0.03 * wave(5.0, 0.0),
         0.3 * wave(0.9, 2.0) + 0.05 * wave(3.1, 0.2),
     );
-    let yaw = so3_exp(DVec3::Y * (1.6 * wave(0.7, 0.0) + 0.5 * wave(2.4, 1.0)));
-    let pitch = so3_exp(DVec3::X * (0.25 * wave(1.9, 0.3)));
-    let roll = so3_exp(DVec3::Z * (0.2 * wave(1.5, 1.3)));
+    let yaw = so3::exp(DVec3::Y * (1.6 * wave(0.7, 0.0) + 0.5 * wave(2.4, 1.0)));
+    let pitch = so3::exp(DVec3::X * (0.25 * wave(1.9, 0.3)));
+    let roll = so3::exp(DVec3::Z * (0.2 * wave(1.5, 1.3)));
     Pose::new((yaw * pitch * roll).normalize(), position_m)
 }
 
 /// A body that turns on the spot, 60 degrees a second at most.
 pub fn turning(t_s: f64) -> Pose {
-    Pose::new(so3_exp(DVec3::Y * (1.2 * libm::sin(0.9 * t_s))), DVec3::ZERO)
+    Pose::new(so3::exp(DVec3::Y * (1.2 * libm::sin(0.9 * t_s))), DVec3::ZERO)
 }
 
 /// A body at rest.

@@ -8,10 +8,10 @@ use glam::{DQuat, DVec3};
 
 use super::band::NormalEquations;
 use super::limits::{GAP_S_MAX, MotionError};
-use super::so3;
 use super::spline::{Basis, Spline};
 use crate::num;
 use crate::pose::TimedPose;
+use crate::so3;
 use crate::units::Span;
 
 /// Rotation passes end when no control rotation moves by more than this.

@@ -10,13 +10,13 @@ use glam::{DQuat, DVec3};
 
 use super::imu::GRAVITY_M_PER_S2;
 use super::path::PathShape;
-use super::so3;
 use super::spline::Spline;
 use rand::RngExt;
 
 use crate::draw::DrawKey;
 use crate::num;
 use crate::pose::Pose;
+use crate::so3;
 
 /// Knot spacing of generated motions: the fastest harmonic, 8 Hz, then has 6 knots a period.
 pub const GENERATED_KNOT_S: f64 = 0.02;

@@ -8,9 +8,9 @@
 use glam::{DQuat, DVec3};
 
 use super::limits::{MotionError, TURN_DEG_MAX};
-use super::so3;
 use crate::num;
 use crate::pose::Pose;
+use crate::so3;
 use crate::units::Span;
 
 /// Where a body is and how it moves, at one instant.

@@ -7,8 +7,9 @@ use super::homography;
 use super::linear::tangents;
 use crate::num::greater;
 use crate::pose::Pose;
+use crate::so3;
 use crate::tracker::dense::solve_cholesky;
-use crate::tracker::lie::{skew, so3_exp};
+use crate::tracker::lie::skew;
 
 /// A pair of bearings of one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,7 +92,7 @@ pub fn refined_rotation(start: DMat3, pairs: &[BearingPair], weight: impl Fn(f64
         if !step.is_finite() {
             break;
         }
-        rotation = (so3_exp(step) * rotation).normalize();
+        rotation = (so3::exp(step) * rotation).normalize();
         if step.length_squared() < 1e-24 {
             break;
         }
@@ -162,7 +163,7 @@ pub fn refined_motion(start: &Pose, pairs: &[BearingPair], kernel: impl Fn(f64) 
             break;
         }
         let [x, y, z, a, b] = gradient;
-        let turn = so3_exp(DVec3::new(x, y, z));
+        let turn = so3::exp(DVec3::new(x, y, z));
         motion = Pose::new((turn * motion.rotation).normalize(), (t + along * a + across * b).normalize());
     }
     best.0

@@ -6,8 +6,9 @@ use glam::{DMat3, DVec3};
 use nalgebra::SMatrix;
 
 use super::coefficients::{cotangent, lag, versine};
-use super::so3::{skew, so3_exp, so3_log};
+use super::jacobians::skew;
 use crate::pose::Pose;
+use crate::so3;
 
 /// A 6 x 6 matrix over twists, linear part first.
 pub type Matrix6 = SMatrix<f64, 6, 6>;
@@ -52,12 +53,12 @@ pub fn se3_exp(twist: Twist) -> Pose {
     let w = twist.angular_rad;
     let a2 = w.length_squared();
     let once = w.cross(twist.linear_m);
-    Pose::new(so3_exp(w), twist.linear_m + once * versine(a2) + w.cross(once) * lag(a2))
+    Pose::new(so3::exp(w), twist.linear_m + once * versine(a2) + w.cross(once) * lag(a2))
 }
 
 /// Twist of a rigid motion, with an angle of 0..=pi.
 pub fn se3_log(motion: &Pose) -> Twist {
-    let w = so3_log(motion.rotation);
+    let w = so3::log(motion.rotation);
     let t = motion.translation_m;
     let once = w.cross(t);
     Twist { linear_m: t - once * 0.5 + w.cross(once) * cotangent(w.length_squared()), angular_rad: w }
@@ -76,8 +77,9 @@ pub fn se3_adjoint(motion: &Pose) -> Matrix6 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{QUATERNION_SERIES_ANGLE_RAD_MAX, SERIES_ANGLE_RAD_MAX};
+    use super::super::SERIES_ANGLE_RAD_MAX;
     use super::*;
+    use crate::so3::EXP_SERIES_ANGLE_RAD_MAX;
     use std::f64::consts::PI;
 
     const AXES: [DVec3; 4] =
@@ -86,7 +88,7 @@ mod tests {
     /// Hard angles: 0, subnormal, both seams from both sides, and pi from both sides.
     fn angles_rad() -> Vec<f64> {
         let mut angles = vec![0.0, 5e-324, 1e-200, 1e-12, 1e-9, 1e-4, 1.0, 3.0];
-        for seam in [QUATERNION_SERIES_ANGLE_RAD_MAX, SERIES_ANGLE_RAD_MAX, PI] {
+        for seam in [EXP_SERIES_ANGLE_RAD_MAX, SERIES_ANGLE_RAD_MAX, PI] {
             angles.extend([seam * (1.0 - 1e-9), seam.next_down(), seam]);
             if seam < PI {
                 angles.extend([seam.next_up(), seam * (1.0 + 1e-9)]);
@@ -121,7 +123,7 @@ mod tests {
 
     #[test]
     fn both_branches_agree_at_their_seams() {
-        for seam in [QUATERNION_SERIES_ANGLE_RAD_MAX, SERIES_ANGLE_RAD_MAX] {
+        for seam in [EXP_SERIES_ANGLE_RAD_MAX, SERIES_ANGLE_RAD_MAX] {
             for axis in AXES {
                 let at =
                     |angle: f64| se3_exp(Twist { linear_m: DVec3::new(1.0, 2.0, -0.5), angular_rad: axis * angle });
@@ -148,8 +150,8 @@ mod tests {
     #[test]
     fn a_quaternion_and_its_negative_have_one_logarithm() {
         for angle_rad in [1e-9, 0.5, 3.0] {
-            let rotation = so3_exp(AXES[2] * angle_rad);
-            assert_eq!(so3_log(rotation), so3_log(-rotation));
+            let rotation = so3::exp(AXES[2] * angle_rad);
+            assert_eq!(so3::log(rotation), so3::log(-rotation));
         }
     }
 }

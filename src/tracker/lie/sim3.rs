@@ -9,8 +9,9 @@ use glam::{DMat3, DQuat, DVec3};
 use nalgebra::SMatrix;
 
 use super::coefficients::in_series;
-use super::so3::{skew, so3_exp, so3_log};
+use super::jacobians::skew;
 use crate::pose::Pose;
+use crate::so3;
 
 /// A 7 x 7 matrix over tangents: linear, angular, scale.
 pub type Matrix7 = SMatrix<f64, 7, 7>;
@@ -100,12 +101,12 @@ impl Sim3 {
     /// The similarity of a tangent.
     pub fn exp(tangent: SimTwist) -> Self {
         let translation_m = link(tangent.angular_rad, tangent.log_scale) * tangent.linear_m;
-        Self { rotation: so3_exp(tangent.angular_rad), translation_m, scale: libm::exp(tangent.log_scale) }
+        Self { rotation: so3::exp(tangent.angular_rad), translation_m, scale: libm::exp(tangent.log_scale) }
     }
 
     /// Tangent of the similarity, with an angle of 0..=pi.
     pub fn log(&self) -> SimTwist {
-        let (angular_rad, log_scale) = (so3_log(self.rotation), libm::log(self.scale));
+        let (angular_rad, log_scale) = (so3::log(self.rotation), libm::log(self.scale));
         // The eigenvalues of the matrix are (exp z - 1) / z; for angles up to pi none is near 0, so the inverse is well
         // conditioned.
         let linear_m = link(angular_rad, log_scale).inverse() * self.translation_m;

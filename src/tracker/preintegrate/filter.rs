@@ -17,7 +17,8 @@ pub use super::state::{ImuCalibration, ImuFilter};
 use super::{ImuMeasurement, ImuState, Noise, Preintegrated, put};
 use crate::num::greater;
 use crate::pose::Pose;
-use crate::tracker::lie::{Twist, se3_adjoint, skew, so3_exp};
+use crate::so3;
+use crate::tracker::lie::{Twist, se3_adjoint, skew};
 use crate::tracker::row_motion::{Moving, RatePrior};
 
 /// Magnitude of gravity in m/s^2, and its variation on the Earth.
@@ -312,7 +313,7 @@ impl Knowledge {
     fn take(&mut self, world_from_imu: &Pose, picture: &Matrix6<f64>) {
         let before = &self.state.world_from_imu;
         let apart = before.inverse().then(world_from_imu);
-        let turn = crate::tracker::lie::so3_log(apart.rotation);
+        let turn = crate::so3::log(apart.rotation);
         let moved =
             Vector6::new(apart.translation_m.x, apart.translation_m.y, apart.translation_m.z, turn.x, turn.y, turn.z);
         let own = self.covariance.fixed_view::<6, 6>(0, 0).into_owned();
@@ -348,7 +349,7 @@ impl Knowledge {
         let at = |k: usize| DVec3::new(step[k], step[k + 1], step[k + 2]);
         let pose = &mut self.state.world_from_imu;
         pose.translation_m += pose.rotation * at(0);
-        pose.rotation = (pose.rotation * so3_exp(at(3))).normalize();
+        pose.rotation = (pose.rotation * so3::exp(at(3))).normalize();
         self.state.velocity_m_per_s += at(VELOCITY);
         self.state.bias.gyroscope_rad_per_s += at(GYROSCOPE);
         self.state.bias.accelerometer_m_per_s2 += at(ACCELEROMETER);

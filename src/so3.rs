@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 
 /// Angle in radians below which `sin(angle/2)/angle` is taken from its series; the first term left out is below
 /// angle^6 / 645120 = 2e-18 there.
-const EXP_SEAM_RAD: f64 = 1e-2;
+pub const EXP_SERIES_ANGLE_RAD_MAX: f64 = 1e-2;
 
 /// Length of the quaternion's vector part below which the logarithm is taken from its series; the first term left out is
 /// n^6 / 7 = 2e-19 of the leading one there.
@@ -18,8 +18,11 @@ pub fn exp(vector_rad: DVec3) -> DQuat {
     let angle2 = vector_rad.length_squared();
     let angle_rad = angle2.sqrt();
     let (half_sine, cosine) = libm::sincos(0.5 * angle_rad);
-    let factor =
-        if angle_rad < EXP_SEAM_RAD { 0.5 - angle2 * (1.0 / 48.0 - angle2 / 3840.0) } else { half_sine / angle_rad };
+    let factor = if angle_rad < EXP_SERIES_ANGLE_RAD_MAX {
+        0.5 - angle2 * (1.0 / 48.0 - angle2 / 3840.0)
+    } else {
+        half_sine / angle_rad
+    };
     let axis = vector_rad * factor;
     DQuat::from_xyzw(axis.x, axis.y, axis.z, cosine)
 }
@@ -69,7 +72,7 @@ mod tests {
     #[test]
     fn the_series_meet_their_closed_forms_at_the_seams() {
         // Just below and above each seam the factor may differ by what the series leaves out and by roundings: 4 ulp.
-        for (seam_rad, step) in [(EXP_SEAM_RAD, 1e-9), (2.0 * LOG_SEAM, 1e-9)] {
+        for (seam_rad, step) in [(EXP_SERIES_ANGLE_RAD_MAX, 1e-9), (2.0 * LOG_SEAM, 1e-9)] {
             let below = exp(DVec3::X * (seam_rad * (1.0 - step)));
             let above = exp(DVec3::X * (seam_rad * (1.0 + step)));
             let rise_rad = log(above).x - log(below).x;
