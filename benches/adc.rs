@@ -1,5 +1,5 @@
 //! Time of a row's conversions, in one thread: the plain ramp, each thing that leaves its fast path, and the clocked rung. Elements
-//! are pixels: the inverse of "elem/s" is the time a pixel.
+//! are pixels: the inverse of "elem/s" is the time per pixel.
 
 // A bench's sizes are small and whole.
 #![allow(clippy::cast_possible_truncation, missing_docs)]

@@ -28,7 +28,7 @@ use std::time::Instant;
 use common::{HEIGHT, PEERS_ALONE, Sensor, WIDTH, parameters_with};
 use sensel::simd::{self, Level};
 
-/// Scenes by name and greatest photons a pixel. The peers' job is theirs, effect by effect; ours has dark current and column offsets
+/// Scenes by name and greatest photons per pixel. The peers' job is theirs, effect by effect; ours has dark current and column offsets
 /// besides.
 const SCENES: [(&str, f32); 3] = [
     (PEERS_JOB, 20_000.0),

@@ -1,4 +1,4 @@
-//! Time of the sensor, from mean photons to codes, in one thread. Elements are pixels: the inverse of "elem/s" is the time a pixel.
+//! Time of the sensor, from mean photons to codes, in one thread. Elements are pixels: the inverse of "elem/s" is the time per pixel.
 //! `benches/ratios.rs` compares it with its peers.
 
 // A bench's sizes are small and whole.

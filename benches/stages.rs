@@ -18,7 +18,7 @@ fn main() {
     let report: serde_json::Value = serde_json::from_str(&text).expect("a report is JSON");
     let cost = report["cost"].as_object().expect("a report says what it cost");
     println!("{frames} stereo frames of the default scenario");
-    println!("{:<12} {:>12}", "stage", "ms a frame");
+    println!("{:<12} {:>12}", "stage", "ms per frame");
     let mut total_ms = 0.0;
     for (stage, entry) in cost {
         let Some(ms) = entry["ms_per_frame"].as_f64() else { continue };

@@ -1,5 +1,5 @@
 //! Time of the host a frame of a stereo VGA rig, on one thread: the tracker alone, and the extraction that comes before it where frames,
-//! not features, are on the link. Bar: 8 ms a frame at 500 features a camera.
+//! not features, are on the link. Bar: 8 ms a frame at 500 features per camera.
 //!
 //! The tracker follows three seconds of a lively hand through the synthetic room of `tests/tracker`; the median and the worst frame of
 //! one run are printed before the samples. The pictures to extract from are drawn, with some 1,350 features each.
@@ -22,7 +22,7 @@ use synthetic::{RATE_HZ, World, lively, room};
 
 const FRAMES: u64 = 90;
 
-/// Frames of a room with so many features a camera.
+/// Frames of a room with so many features per camera.
 fn frames(features: usize) -> (World, Vec<FrameInput>) {
     let mut world = World::usual(1);
     world.features_max = features;
@@ -54,7 +54,7 @@ fn tracker(criterion: &mut Criterion) {
         let mean_ms = times_ms.iter().sum::<f64>() / times_ms.len() as f64;
         let sent = inputs.iter().flat_map(|input| &input.features).map(Vec::len).sum::<usize>() / (2 * inputs.len());
         println!(
-            "tracker alone, {sent} features a camera: {mean_ms:.2} ms a frame, median {:.2}, worst {:.2} (with its adjustment)",
+            "tracker alone, {sent} features per camera: {mean_ms:.2} ms per frame, median {:.2}, worst {:.2} (with its adjustment)",
             times_ms[times_ms.len() / 2],
             times_ms[times_ms.len() - 1]
         );

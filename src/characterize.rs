@@ -2,7 +2,7 @@
 //! with its standard error, and the truth that the configuration implies. Of the scenario, only the sensor is used. It touches no disk;
 //! `files::emva` writes the files for external judges.
 //!
-//! Light falls straight onto the pixels: no lens, no scene, so photons a pixel and exposure are known. Exposure times are set freely
+//! Light falls straight onto the pixels: no lens, no scene, so photons per pixel and exposure are known. Exposure times are set freely
 //! in whole nanoseconds under constant light, also beyond the sequencer's longest, as with a lengthened frame. All effects of the
 //! sensor act (no plan). The array's first rows and columns are measured, pixel by pixel, whatever window or binning the readout has. One
 //! descriptor holds one colour plane. A sensor of several readings a pixel (HDR) is measured in the first alone, the most sensitive.

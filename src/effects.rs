@@ -127,10 +127,10 @@ pub const ALL: &[EffectEntry] = &[
     entry("row_offset", "offset differs from row to row, a pattern of the die", |parameters| {
         adc::row_offset(&parameters.adc)
     }),
-    entry("comparator_noise", "decision noise of the comparator, a draw a conversion and column", |parameters| {
+    entry("comparator_noise", "decision noise of the comparator, a draw per conversion and column", |parameters| {
         adc::comparator_noise(&parameters.adc)
     }),
-    entry("ramp_noise", "noise of the ramp, a draw a conversion for all columns", |parameters| {
+    entry("ramp_noise", "noise of the ramp, a draw per conversion for all columns", |parameters| {
         adc::ramp_noise(&parameters.adc)
     }),
     entry("ramp_jitter", "jitter of the ramp's clock times the slope at each crossing", |parameters| {

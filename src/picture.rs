@@ -62,7 +62,7 @@ pub fn from_exr(name: &str, bytes: &[u8]) -> Result<Vec<Channel>, Error> {
     let mut channels = Vec::new();
     for channel in layer.channel_data.list {
         if channel.sampling != exr::math::Vec2(1, 1) {
-            return Err(refused(format!("channel {} is subsampled; use one value a pixel", channel.name)));
+            return Err(refused(format!("channel {} is subsampled; use one value per pixel", channel.name)));
         }
         let mut plane = Plane::filled(size, 0.0_f32);
         for (to, from) in plane.values_mut().iter_mut().zip(channel.sample_data.values_as_f32()) {

@@ -1,4 +1,4 @@
-//! A picture of one value a pixel, row by row.
+//! A picture of one value per pixel, row by row.
 
 use crate::num::{index, u32_from};
 use crate::units::{RowIndex, Size};

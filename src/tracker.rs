@@ -154,7 +154,7 @@ impl Tracker {
         assert!(input.features.len() == self.cameras.len(), "a frame needs one feature list a camera");
         assert!(
             input.clocks.is_empty() || input.clocks.len() == self.cameras.len(),
-            "rows have one clock a camera, or none"
+            "rows have one clock per camera, or none"
         );
         assert!(input.t_s > self.last_t_s, "frames come in the order of their times");
         self.last_t_s = input.t_s;

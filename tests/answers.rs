@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use crate::common::{Scratch, sensel};
 
-/// Figures of a small always-on sensor as its vendor publishes them: 320 x 240, 376 clocks a line, 260 lines.
+/// Figures of a small always-on sensor as its vendor publishes them: 320 x 240, 376 clocks per line, 260 lines.
 const HM01B0: &str = "[sensor]\nwidth = 320\nheight = 240\n[sensor.adc]\nbits = 8\nclock_hz = 12000000\nreset_counts = 32\n\
     [sensor.readout]\nshutter = \"rolling\"\nhts = 376\nvts = 260\npixel_rate_hz = 6000000\nexposure_us = 4000.0\n";
 

@@ -184,7 +184,7 @@ fn a_slanted_edge_has_the_modulation_of_lens_times_pixel() {
         for cycles_per_px in [0.05, 0.1, 0.2, 0.3, 0.4] {
             let (own, whole) =
                 (modulation(&sharp, &edge_at, cycles_per_px), modulation(&blurred, &edge_at, cycles_per_px));
-            // The slant of 1 in 10 stretches frequencies across the edge by 0.5 %; 256 samples a pixel leave 0.5 % of noise
+            // The slant of 1 in 10 stretches frequencies across the edge by 0.5 %; 256 samples per pixel leave 0.5 % of noise
             // beside an edge of 1.
             let pixel = libm::sin(std::f64::consts::PI * cycles_per_px) / (std::f64::consts::PI * cycles_per_px);
             let bins =

@@ -1,5 +1,5 @@
-//! Peak memory of the sensor stage, from photons to codes, over what the photons take: below 32 bytes a pixel. And the tracker's, which is
-//! bounded over a long run.
+//! Peak memory of the sensor stage, from photons to codes, over what the photons take: below 32 bytes per pixel. And the peak of the
+//! tracker, which is bounded over a long run.
 
 // A counting allocator is unsafe by its trait; it only hands on to the system's.
 #![allow(unsafe_code)]
@@ -44,7 +44,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// Two frames: the first draws the die's patterns and keeps them, the second meets them. Of the peak, 8 bytes a pixel are the patterns of
+/// Two frames: the first draws the die's patterns and keeps them, the second meets them. Of the peak, 8 bytes per pixel are the patterns of
 /// PRNU and DSNU and 2 are the codes; rows in work add a share that falls with the height.
 #[test]
 fn the_sensor_stage_stays_below_32_bytes_a_pixel() {
@@ -57,7 +57,7 @@ fn the_sensor_stage_stays_below_32_bytes_a_pixel() {
     }
     let peak = PEAK.load(Ordering::Relaxed) - before;
     let pixels = WIDTH * usize::try_from(HEIGHT).expect("a VGA picture is small");
-    println!("peak {peak} bytes over the photons: {:.1} bytes a pixel", peak as f64 / pixels as f64);
+    println!("peak {peak} bytes over the photons: {:.1} bytes per pixel", peak as f64 / pixels as f64);
     assert!(peak > 10 * pixels, "patterns and codes alone take more: nothing was measured");
     assert!(peak < 32 * pixels, "{peak} bytes for {pixels} pixels");
 }

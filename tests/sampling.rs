@@ -232,7 +232,7 @@ fn rays_to_a_target_come_near_it_and_say_how_near() {
         }
         let (error, own) = (error / f64::from(pairs), own / f64::from(pairs));
         println!("target {target}: {error} found, {own} claimed, {rays} rays");
-        // Two or four samples a pixel know a hard edge's error within a factor of three, the bench's room within two. The word of the
+        // Two or four samples per pixel know a hard edge's error within a factor of three, the bench's room within two. The word of the
         // twins has no such part: 16 pairs of some 32 twins and 100 pixels with an edge know it and the error to 15 % each, and four
         // standard errors of a ratio are a factor of 1.85.
         assert!(error < times * target, "{error} for {target}");

@@ -115,7 +115,7 @@ pub fn print() {
         jobs.push(frame(&parameters, |_| true));
         let times = medians_s(ROUNDS, &mut jobs);
         let of = |job: usize| ns_per_px(times[job]);
-        println!("{words}: without effects {:.2} ns a pixel", of(0));
+        println!("{words}: without effects {:.2} ns per pixel", of(0));
         for (at, (name, case)) in fresh.iter().enumerate() {
             let without = match (*name, beside(name)) {
                 ("shot_noise", _) => 0,
@@ -129,7 +129,11 @@ pub fn print() {
         }
         let sum: f64 = built.iter().map(|effect| costs::ns_per_px(effect.as_ref())).sum();
         let base = costs::without_effects_ns_per_px(parameters.adc.cds.samples());
-        println!("{words}: all effects measured {:.1}, predicted {:.1} ns a pixel", of(jobs_last(&times)), base + sum);
+        println!(
+            "{words}: all effects measured {:.1}, predicted {:.1} ns per pixel",
+            of(jobs_last(&times)),
+            base + sum
+        );
     }
 }
 

@@ -46,7 +46,7 @@ pub struct Truth {
 
 /// What renders of one kind have in common.
 pub struct Row {
-    /// Rays a pixel.
+    /// Rays per pixel.
     pub rays: f64,
     /// Processor time of a frame, seconds.
     pub cpu_s: f64,

@@ -8,7 +8,7 @@ pub fn svg(curves: &[(String, Vec<(f64, f64)>)]) -> String {
     let y = |ratio: f64| 40.0 + 400.0 * (2.0 - libm::log10(ratio.max(1e-3))) / 5.0;
     let mut text = String::from(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 860 490\" font-family=\"sans-serif\" font-size=\"13\">\n\
-         <rect width=\"860\" height=\"490\" fill=\"white\"/>\n<text x=\"340\" y=\"480\" text-anchor=\"middle\">samples a pixel</text>\n\
+         <rect width=\"860\" height=\"490\" fill=\"white\"/>\n<text x=\"340\" y=\"480\" text-anchor=\"middle\">samples per pixel</text>\n\
          <text x=\"20\" y=\"24\">render variance over photon variance, 1,000 e- mean</text>\n",
     );
     let add = |text: &mut String, line: String| writeln!(text, "{line}").expect("text grows");

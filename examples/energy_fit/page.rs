@@ -79,7 +79,7 @@ fn chips(outcome: &Outcome) -> String {
     table
 }
 
-/// Power in mW and pJ a pixel of a chip's scenario with some keys changed, by the constants of the program.
+/// Power in mW and pJ per pixel of a chip's scenario with some keys changed, by the constants of the program.
 fn power(root: &Path, file: &str, set: &[&str]) -> (f64, f64) {
     let set: Vec<String> = set.iter().map(|one| (*one).to_owned()).collect();
     let account = sensor(root, file, &set).estimated_energy(ESTIMATED_LEVEL).unwrap_or_else(|error| panic!("{error}"));
@@ -113,7 +113,7 @@ fn trends(root: &Path) -> String {
         row(
             &format!("{fps} fps"),
             "grows as 1 / fps (LiKamWa et al. 2013)",
-            format!("{pixel:.0} pJ a pixel and frame"),
+            format!("{pixel:.0} pJ per pixel and frame"),
         );
     }
     for width in [640, 320, 160, 80] {
@@ -121,8 +121,8 @@ fn trends(root: &Path) -> String {
         let (mw, pixel) = power(root, "ov7251", &[&window]);
         row(
             &format!("a width of {width}"),
-            "pJ a pixel grows as the picture shrinks (LiKamWa et al. 2013)",
-            format!("{mw:.1} mW, {pixel:.0} pJ a pixel"),
+            "pJ per pixel grows as the picture shrinks (LiKamWa et al. 2013)",
+            format!("{mw:.1} mW, {pixel:.0} pJ per pixel"),
         );
     }
     for bits in [12, 10, 8] {

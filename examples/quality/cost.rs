@@ -86,7 +86,7 @@ fn memory_bits(params: &ExtractorParams) -> u64 {
 }
 
 pub fn print(costs: &[Cost]) {
-    println!("\n| extractor | memory bits | features of a VGA frame | nJ a frame |\n|---|---|---|---|");
+    println!("\n| extractor | memory bits | features of a VGA frame | nJ per frame |\n|---|---|---|---|");
     for cost in costs {
         println!("| {} | {} | {} | {:.0} |", cost.name, cost.memory_bits, cost.features, cost.energy_nj);
     }

@@ -224,7 +224,7 @@ impl<'a> ColumnRow<'a> {
     fn count(&mut self, row: &RowCrossings<'_>, codes: &mut [u16], down: impl Fn(usize) -> u32) -> u64 {
         let (black, code_max, columns) = (i32::from(self.config.black), self.config.code_max(), codes.len());
         let (values, signal) = (&mut self.values[..columns], &row.signal[..columns]);
-        // A column flips fewer than 2^20 bits a row: two ramps of 2^16 steps flip under 2^17 each, so 2^12 columns fit 32 bits.
+        // A column flips fewer than 2^20 bits per row: two ramps of 2^16 steps flip under 2^17 each, so 2^12 columns fit 32 bits.
         let mut toggles = 0;
         let mut start = 0;
         while start < columns {

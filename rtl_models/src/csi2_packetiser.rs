@@ -1,4 +1,4 @@
-//! CSI-2 packetiser, twin of `verilog/csi2_packetiser.sv`. Packs the payload's pixels or bytes into words of one byte a lane: header with
+//! CSI-2 packetiser, twin of `verilog/csi2_packetiser.sv`. Packs the payload's pixels or bytes into words of one byte per lane: header with
 //! ECC, payload, CRC. Counts flipped lane bits for the energy model.
 //!
 //! A word leaves in every clock in which the receiver is ready, where a beat of four pixels holds as many bytes as there are lanes: on

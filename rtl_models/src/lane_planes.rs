@@ -1,4 +1,4 @@
-//! Lane pins over many clocks as bit planes, one bit a clock. Writes a whole row's bits at once into borrowed words and counts flipped
+//! Lane pins over many clocks as bit planes, one bit per clock. Writes a whole row's bits at once into borrowed words and counts flipped
 //! bits for the energy model.
 //!
 //! Clock t is bit 63 - t % 64 of word t / 64, so time runs from the most significant bit, as the words on the lanes do.

@@ -47,7 +47,7 @@ pub struct LaneIn {
 /// Pins that leave, after the rising edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LaneOut {
-    /// One bit a lane, lane 0 lowest.
+    /// One bit per lane, lane 0 lowest.
     pub lane: u16,
     /// The lanes carry bits.
     pub valid: bool,

@@ -3,7 +3,7 @@
 //! Each block of `verilog/` stands here under the same name, with the same ports, reset and latency: a `tick` is one rising edge of
 //! `adc_clk`, and what it returns are the pins after that edge. Beside each `tick` stands a form that skips the clocks in which
 //! nothing changes (`advance`, `run_ramp`, `write_row`, `EventCore`), equal to it in every result. Where analog and digital meet, the
-//! digital side sees one bit a column, the comparator's; the analog side says when it rises as a *crossing*: the number, from 1, of the
+//! digital side sees one bit per column, the comparator's; the analog side says when it rises as a *crossing*: the number, from 1, of the
 //! first ramp step at which the bit is high, or [`NEVER`].
 #![no_std]
 #![forbid(unsafe_code)]

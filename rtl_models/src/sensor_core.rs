@@ -1,4 +1,4 @@
-//! Digital half of the sensor, clock by clock, twin of `verilog/sensor_core.sv`. Converts one comparator bit a column to rows of codes on
+//! Digital half of the sensor, clock by clock, twin of `verilog/sensor_core.sv`. Converts one comparator bit per column to rows of codes on
 //! serial lanes, and drives the control pins and the ramp code. Row n converts while row n-1 shifts out.
 
 use crate::cds::{Cds, CdsConfig, CdsIn};

@@ -1,6 +1,6 @@
 //! Noise of the comparator. Adds a normal draw in microvolts for each conversion and column.
 //!
-//! Model: the comparator's decision noise referred to its input, one draw a conversion. It adds to the read
+//! Model: the comparator's decision noise referred to its input, one draw per conversion. It adds to the read
 //! noise, which has its own draw. A difference on a capacitor is converted once and so has one draw.
 
 use super::params::AdcParams;

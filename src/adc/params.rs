@@ -68,7 +68,7 @@ named! {
 pub struct AdcParams {
     /// Depth in bits, 1 to 16.
     pub bits: u32,
-    /// Frequency of `adc_clk` in Hz, 1e3 to 1e11: one ramp step and count a clock.
+    /// Frequency of `adc_clk` in Hz, 1e3 to 1e11: one ramp step and count per clock.
     pub clock_hz: u64,
     /// Span of the ramp at gain 1 in uV; divided by the gain 100 to 1e7 (10 V), and at least 1 nV a code.
     pub full_scale_uv: f64,
@@ -101,15 +101,15 @@ pub struct AdcParams {
     /// Time constant of the ramp's start in adc_clk clocks, 0 to 1e4: after k clocks the ramp is (1 - exp(-k / constant)) x constant
     /// clocks behind.
     pub ramp_settling_clk: f64,
-    /// Noise of the ramp in uV, one draw a conversion, shared by the row's columns, 0 to 1e6.
+    /// Noise of the ramp in uV, one draw per conversion, shared by the row's columns, 0 to 1e6.
     pub ramp_noise_uv: f64,
-    /// Jitter of adc_clk against the ramp in ps, one draw a conversion and column, 0 to 1e6.
+    /// Jitter of adc_clk against the ramp in ps, one draw per conversion and column, 0 to 1e6.
     pub ramp_jitter_ps: f64,
     /// Amplitude of the supply's ripple at the ADC's input in uV, rejection included, 0 to 1e6.
     pub supply_ripple_uv: f64,
     /// Frequency of that ripple in Hz, 1 to 1e9.
     pub supply_ripple_hz: f64,
-    /// Noise of the comparator in uV, one draw a conversion and column, besides the read noise, 0 to 1e6.
+    /// Noise of the comparator in uV, one draw per conversion and column, besides the read noise, 0 to 1e6.
     pub comparator_noise_uv: f64,
     /// Clocks from the ramp's passing of a level to the comparator's output transition, 0 to 1000.
     pub comparator_delay_clk: u32,
@@ -119,11 +119,11 @@ pub struct AdcParams {
     pub kickback_uv: f64,
     /// Clocks in which that step decays to a half, 1 to 1024.
     pub kickback_decay_clk: u32,
-    /// Noise that all columns of a row share in uV, one draw a row and frame, 0 to 1e6.
+    /// Noise that all columns of a row share in uV, one draw per row and frame, 0 to 1e6.
     pub row_noise_uv: f64,
     /// Sigma of the rows' offsets over the die in uV, 0 to 1e6.
     pub row_offset_uv: f64,
-    /// Noise that all rows of a column share in uV, one draw a column and frame, 0 to 1e6.
+    /// Noise that all rows of a column share in uV, one draw per column and frame, 0 to 1e6.
     pub column_noise_uv: f64,
     /// Load of a column line in pF, 0.01 to 100.
     pub column_capacitance_pf: f64,

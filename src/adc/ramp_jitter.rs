@@ -30,7 +30,7 @@ impl RampJitter {
             return None;
         }
         let converter = Converter::new(params);
-        // A step in nV a clock, times clocks a second, times ps, is 1e-12 nV: 1e-15 uV.
+        // A step in nV per clock, times clocks a second, times ps, is 1e-12 nV: 1e-15 uV.
         let uv_per_nv = 1e-15 * f64_from_u64(params.clock_hz) * params.ramp_jitter_ps;
         let span_uv = 1000.0 * params.lsb_uv() * uv_per_nv;
         let last = params.code_max();

@@ -71,7 +71,7 @@ fn header(record: &Characterization) -> Markup {
         String::new()
     };
     let lead = format!(
-        "Measured on simulated frames under uniform light of {:.4e} photons a pixel and second{filter}, \
+        "Measured on simulated frames under uniform light of {:.4e} photons per pixel and second{filter}, \
          all effects of the sensor on.{limit}",
         set.photons_per_s
     );
@@ -144,7 +144,7 @@ fn noise_ratio(record: &Characterization) -> Markup {
     };
     let axes = Axes {
         title: "SNR over photons",
-        x_label: "photons a pixel",
+        x_label: "photons per pixel",
         y_label: "SNR",
         x_log: true,
         y_log: true,
@@ -165,7 +165,7 @@ fn linearity(record: &Characterization) -> Markup {
     let r = record.measured("R");
     let last = record.summary.transfer.sensitivity().last().map_or(0.0, |point| point.photons);
     let axes =
-        Axes { title: "Signal over photons", x_label: "photons a pixel", y_label: "signal in DN", ..Axes::default() };
+        Axes { title: "Signal over photons", x_label: "photons per pixel", y_label: "signal in DN", ..Axes::default() };
     let slope = format!("R = {r:.5} DN/photon, up to 70 %");
     let series = [
         dots("measured", Ink::One, points_of(record, |point| (point.photons, point.signal_dn()))),
@@ -181,7 +181,7 @@ fn deviations(record: &Characterization) -> Markup {
     let points: Vec<(f64, f64)> =
         fitted.iter().zip(found).map(|(point, deviation)| (point.photons, deviation)).collect();
     let axes =
-        Axes { title: "Linearity error", x_label: "photons a pixel", y_label: "deviation in %", ..Axes::default() };
+        Axes { title: "Linearity error", x_label: "photons per pixel", y_label: "deviation in %", ..Axes::default() };
     let ends = [points.first(), points.last()].into_iter().flatten().map(|point| (point.0, 0.0)).collect();
     let series = [line("no deviation", Ink::Two, ends), dots("measured", Ink::One, points)];
     let lead = "Relative deviation from the line of least relative deviation, 5 to 95 % of saturation.";

@@ -87,7 +87,7 @@ pub struct Profile {
     pub most: Vec<f64>,
 }
 
-/// Horizontal profile (one value a column) and vertical profile (one value a row).
+/// Horizontal profile (one value per column) and vertical profile (one value per row).
 pub fn profiles(values: &[f64], width: usize) -> (Profile, Profile) {
     let (row_means, column_means) = line_means(values, width);
     let bounds = |line: &mut dyn Iterator<Item = f64>| {

@@ -103,13 +103,13 @@ fn duration(seconds: f64) -> String {
 fn say(choice: &ChosenSetting, goal: Goal, is_kept: bool) {
     let asked = match goal {
         Goal::Accuracy(accuracy) => format!("at most {accuracy} of photon noise"),
-        Goal::Time(wall_ms) => format!("at most {wall_ms} ms a frame"),
+        Goal::Time(wall_ms) => format!("at most {wall_ms} ms per frame"),
     };
     let from = if is_kept { "by an earlier pilot" } else { "by a pilot" };
     let ChosenSetting { words, pictures, photon_noise_ratio, with_margin, wall_ms_per_frame, tried, .. } = choice;
     words::note(&format!(
         "{asked}: {words} ({from} on {pictures} pictures: error {photon_noise_ratio:.2}, {with_margin:.2} with its margin; \
-         {wall_ms_per_frame:.0} ms a frame; of {tried} settings)"
+         {wall_ms_per_frame:.0} ms per frame; of {tried} settings)"
     ));
 }
 

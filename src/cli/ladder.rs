@@ -82,7 +82,7 @@ fn table(record: &LadderRecord) {
     let LadderRecord { scenario, frames, reference, .. } = record;
     let (rays, error, saturated) = (reference.rays_per_pixel, reference.standard_error, reference.saturated_share);
     outln!(
-        "{scenario}: frames {frames:?}, reference of {rays:.1} rays a pixel, standard error {error:.3} of photon noise; \
+        "{scenario}: frames {frames:?}, reference of {rays:.1} rays per pixel, standard error {error:.3} of photon noise; \
          {:.1} % saturated",
         100.0 * saturated
     );

@@ -97,7 +97,7 @@ fn print_plan(plan: &PlanSummary, accuracy: f64) {
     }
     outln!("bound       bias {} e-, sigma {} e- before quantisation", readable(plan.bias_e), readable(plan.sigma_e));
     outln!(
-        "cost        {:.1} ns a pixel predicted for the kept effects, {:.1} for all, {:.1} without any; sensors {} ms a frame",
+        "cost        {:.1} ns per pixel predicted for the kept effects, {:.1} for all, {:.1} without any; sensors {} ms per frame",
         plan.cost_ns_per_px,
         plan.cost_of_all_ns_per_px,
         plan.cost_of_none_ns_per_px,

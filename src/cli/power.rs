@@ -165,20 +165,20 @@ fn print(figures: &PowerFigures) {
     if let Some(clocks) = &figures.extractor {
         outln!("extractor {}", clocks.verdict());
     }
-    outln!("  {:<10} {:>14} {:>12} {:>24}", "block", "nJ a frame", "mW", "likely mW");
+    outln!("  {:<10} {:>14} {:>12} {:>24}", "block", "nJ per frame", "mW", "likely mW");
     for (block, &pj) in energy.blocks.iter() {
         let range = energy.blocks_interval.get(block).copied().unwrap_or_default();
         let (low, high) = (mw(range.low_pj), mw(range.high_pj));
         outln!("  {block:<10} {:>14.2} {:>12.3} {low:>11.3} .. {high:>9.3}", pj * 1e-3, mw(pj));
     }
-    outln!("  {:<10} {:>14} {:>12}", "rail", "nJ a frame", "mW");
+    outln!("  {:<10} {:>14} {:>12}", "rail", "nJ per frame", "mW");
     for (rail, &pj) in energy.rails.iter() {
         outln!("  {rail:<10} {:>14.2} {:>12.3}", pj * 1e-3, mw(pj));
     }
     let total = energy.total_pj_per_frame;
     let (low, high) = (mw(energy.total_interval.low_pj), mw(energy.total_interval.high_pj));
     outln!("  {:<10} {:>14.2} {:>12.3} {low:>11.3} .. {high:>9.3}", "total", total * 1e-3, energy.power_mw);
-    outln!("  {:.3} mW flow whatever happens; {:.1} pJ a pixel", energy.static_power_mw, energy.pj_per_pixel);
+    outln!("  {:.3} mW flow whatever happens; {:.1} pJ per pixel", energy.static_power_mw, energy.pj_per_pixel);
     if let Some(line) = &energy.line {
         let (peak, ratio) = (line.peak_mw, line.peak_over_mean);
         outln!("  within a line power peaks at {peak:.3} mW, {ratio:.2} times the mean of a frame (one camera)");
@@ -194,7 +194,7 @@ fn print(figures: &PowerFigures) {
         outln!("  {what:<10} {:>14.3} Mbit/s {link_mw:>8.3} mW  {note}", 1e-6 * bits_per_s);
     }
     if let Some((pictures, features)) = &figures.host {
-        outln!("host of one camera, uJ a frame");
+        outln!("host of one camera, uJ per frame");
         let pictures = pictures.as_ref().map(|pictures| ("pictures", pictures));
         for (what, host) in pictures.into_iter().chain([("features", features)]) {
             let HostEnergy { receive_uj, extract_uj, track_uj, idle_uj } = host;

@@ -150,7 +150,7 @@ fn summary(report: &Report, target: &Path, seconds: f64) {
         let (ate, d2) = (figure(alone.ate_m, 1e3, "mm"), figure(alone.jitter_d2_m.or(alone.jitter_still_m), 1e3, "mm"));
         outln!("  cameras alone ATE {ate}, jitter d2 {d2}  (the same packets without the IMU)");
     }
-    outln!("  power         {:.2} mW, {:.1} pJ a pixel", report.energy.power_mw, report.energy.pj_per_pixel);
+    outln!("  power         {:.2} mW, {:.1} pJ per pixel", report.energy.power_mw, report.energy.pj_per_pixel);
     outln!("  link          {:.2} Mbit/s, {}", report.bandwidth.link_bits_per_s * 1e-6, words::reduction(report));
     outln!("  latency       {:.2} ms to the last bit on the lanes", report.timing.latency_us * 1e-3);
     if let Some(pose_us) = report.timing.waterfall.pose_us {

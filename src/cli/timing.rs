@@ -143,7 +143,7 @@ fn print(sensor: &SensorSetup, diagram: &TimingDiagram, link: &LinkUse, features
     }
     if link.flow.rows_stalled > 0 {
         let stalled_us = 1e6 * sensor.link.seconds(link.flow.stalled);
-        outln!("stalls      {} rows, {stalled_us:.1} us a frame: the row FIFO is full", link.flow.rows_stalled);
+        outln!("stalls      {} rows, {stalled_us:.1} us per frame: the row FIFO is full", link.flow.rows_stalled);
     }
     out!("{}", timing.waterfall.text());
     out!("{}", diagram.text());

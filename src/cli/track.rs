@@ -262,7 +262,7 @@ fn warnings(result: &TrackingResult, cameras: usize) -> Vec<String> {
     } else {
         "check the cameras' calibration and that they see the same".to_owned()
     };
-    vec![format!("none of {} frames has a pose, with {found} features a frame; {remedy}", result.frames)]
+    vec![format!("none of {} frames has a pose, with {found} features per frame; {remedy}", result.frames)]
 }
 
 fn say(

@@ -1,4 +1,4 @@
-//! Grey from a mosaic. Converts codes behind colour filters to one grey code a pixel, half a pattern further right and down.
+//! Grey from a mosaic. Converts codes behind colour filters to one grey code per pixel, half a pattern further right and down.
 //!
 //! The mean of as many neighbours as the pattern has pixels holds every filter as often as the pattern does, wherever it starts, so
 //! flat colour gives flat grey. In hardware: a running sum over one pattern's rows and columns, and no multiplier.

@@ -67,7 +67,7 @@ sections! {
         /// Rays are sent where they tell most, until the mean of render variance is at most this many times photon variance, 0.001 to
         /// 1000; in place of `samples_per_pixel`.
         render_tolerance: Option<f64>,
-        /// Rays a pixel at most, with a render tolerance, besides its first 2 (a tolerance of 1 or more) or 4; 16 to 65536.
+        /// Rays per pixel at most, with a render tolerance, besides its first 2 (a tolerance of 1 or more) or 4; 16 to 65536.
         /// Few pixels get many: those in which small mirrors show a lamp, whose samples are thousands of times as bright as the rest.
         samples_max: u32,
         /// "stratified": every ray has its own instant. "subframes": still pictures are averaged, as others do; a reference.
@@ -196,17 +196,17 @@ sections! {
         /// Constants in place of the technology's: a table of name to { unit = value }, as in constant.link_byte.pj = 12.
         constant: std::collections::BTreeMap<String, std::collections::BTreeMap<String, f64>>,
     }
-    /// The host, as a stated model: its energy and time a frame beside the sensor's.
+    /// The host, as a stated model: its energy and time per frame beside the sensor's.
     Host {
         /// "none", "microcontroller", "single_board_computer": values of the keys below that are not written.
         model: String,
         /// Receiving a byte, in pJ, 0 to 1e9.
         receive_pj_per_byte: Option<f64>,
-        /// Extracting features of pictures that arrive without, in pJ a pixel, 0 to 1e9.
+        /// Extracting features of pictures that arrive without, in pJ per pixel, 0 to 1e9.
         extract_pj_per_pixel: Option<f64>,
-        /// Tracking, in uJ a frame, 0 to 1e9.
+        /// Tracking, in uJ per frame, 0 to 1e9.
         track_uj_per_frame: Option<f64>,
-        /// Tracking, in nJ a feature, 0 to 1e9.
+        /// Tracking, in nJ per feature, 0 to 1e9.
         track_nj_per_feature: Option<f64>,
         /// Power that flows all the time, in mW, 0 to 1e6.
         idle_mw: Option<f64>,
@@ -214,11 +214,11 @@ sections! {
         clock_hz: Option<f64>,
         /// Decoding a byte of a packet, in clocks, 0 to 1e9.
         decode_clk_per_byte: Option<f64>,
-        /// Extracting features of pictures that arrive without, in clocks a pixel, 0 to 1e9.
+        /// Extracting features of pictures that arrive without, in clocks per pixel, 0 to 1e9.
         extract_clk_per_pixel: Option<f64>,
-        /// Tracking, in clocks a frame, 0 to 1e12.
+        /// Tracking, in clocks per frame, 0 to 1e12.
         track_clk_per_frame: Option<f64>,
-        /// Tracking, in clocks a feature, 0 to 1e12.
+        /// Tracking, in clocks per feature, 0 to 1e12.
         track_clk_per_feature: Option<f64>,
     }
 }

@@ -1,4 +1,4 @@
-//! Uniforms of a row: one 32-bit word a column, a pure function of the row's key and the column.
+//! Uniforms of a row: one 32-bit word per column, a pure function of the row's key and the column.
 //!
 //! Eight Xoshiro256++ generators run side by side, seeded by SplitMix64 words that no two lanes share. One step of all
 //! lanes gives sixteen columns. `fill_uniforms` is the fast path; `uniform_at` is its slow twin, built on the crate

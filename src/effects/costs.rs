@@ -1,4 +1,4 @@
-//! Measured cost of each effect, in nanoseconds a pixel on one core.
+//! Measured cost of each effect, in nanoseconds per pixel on one core.
 //!
 //! One table for the planner's prediction and for the documents, made by `cargo bench --bench effects -- costs`: each figure is the CPU
 //! time of a frame with the effect less that without it (the effect on top of shot noise and the conversion; where both samples are
@@ -67,13 +67,13 @@ pub const COSTS: &[EffectCost] = &[
     cost("supply_ripple", "both", 12.50),
 ];
 
-/// Predicted cost of an effect in nanoseconds a pixel; 0 of one that is in no list, as tests make them.
+/// Predicted cost of an effect in nanoseconds per pixel; 0 of one that is in no list, as tests make them.
 pub fn ns_per_px(effect: &dyn Effect) -> f64 {
     let row = COSTS.iter().find(|row| row.effect == effect.name() && row.case == effect.cost_case());
     row.map_or(0.0, |row| row.ns_per_px)
 }
 
-/// Predicted cost of a sensor without any effect: charge of the light, its voltage, and the plain conversion of one sample a pixel, or of
+/// Predicted cost of a sensor without any effect: charge of the light, its voltage, and the plain conversion of one sample per pixel, or of
 /// two.
 pub fn without_effects_ns_per_px(samples: SampledLevels) -> f64 {
     if samples == SampledLevels::Both { 3.5 } else { 1.9 }

@@ -80,7 +80,7 @@ pub struct Plan {
     pub budget_e: f64,
     /// Share of the budget that all omissions together take, as mean square errors, where it is greatest.
     pub budget_used: f64,
-    /// Predicted cost of the kept effects in nanoseconds a pixel.
+    /// Predicted cost of the kept effects in nanoseconds per pixel.
     pub cost_ns_per_px: f64,
     /// Predicted cost of all effects.
     pub cost_of_all_ns_per_px: f64,

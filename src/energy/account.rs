@@ -82,7 +82,7 @@ impl EnergyAccount {
         f64::from(self.frames) * f64_from_u64(self.power.period_ns) * 1e-9
     }
 
-    /// Picojoules a frame of an energy of the run.
+    /// Picojoules per frame of an energy of the run.
     pub fn pj_per_frame(&self, energy_aj: u128) -> f64 {
         f64_from_u128(energy_aj) / AJ_PER_PJ / f64::from(self.frames)
     }
@@ -93,12 +93,12 @@ impl EnergyAccount {
         f64_from_u128(energy_aj) / 1e15 / self.run_time_s()
     }
 
-    /// Picojoules a frame of the whole rig.
+    /// Picojoules per frame of the whole rig.
     pub fn total_pj_per_frame(&self) -> f64 {
         self.pj_per_frame(self.total_aj())
     }
 
-    /// Picojoules a pixel and frame.
+    /// Picojoules per pixel and frame.
     pub fn pj_per_pixel(&self) -> f64 {
         self.total_pj_per_frame() / f64_from_u64(self.pixels)
     }

@@ -10,11 +10,11 @@ pub struct HostParams {
     pub name: &'static str,
     /// Receiving a byte and writing it to memory, in pJ.
     pub receive_pj_per_byte: f64,
-    /// Extracting features, in pJ a pixel.
+    /// Extracting features, in pJ per pixel.
     pub extract_pj_per_pixel: f64,
-    /// Tracking, in uJ a frame.
+    /// Tracking, in uJ per frame.
     pub track_uj_per_frame: f64,
-    /// Tracking, in nJ a feature.
+    /// Tracking, in nJ per feature.
     pub track_nj_per_feature: f64,
     /// Power that flows all the time, in mW.
     pub idle_mw: f64,
@@ -22,16 +22,16 @@ pub struct HostParams {
     pub clock_hz: f64,
     /// Decoding a byte of a packet, in clocks.
     pub decode_clk_per_byte: f64,
-    /// Extracting features, in clocks a pixel.
+    /// Extracting features, in clocks per pixel.
     pub extract_clk_per_pixel: f64,
-    /// Tracking, in clocks a frame.
+    /// Tracking, in clocks per frame.
     pub track_clk_per_frame: f64,
-    /// Tracking, in clocks a feature.
+    /// Tracking, in clocks per feature.
     pub track_clk_per_feature: f64,
 }
 
 /// A microcontroller of the class of GAP9. Published visual-inertial odometry with FAST and BRIEF takes under 100 mW at 20 frames a second
-/// there (ETH-PBL, levio, abstract): under 5 mJ a frame, which this model gives for VGA pictures and 500 features. The split between
+/// there (ETH-PBL, levio, abstract): under 5 mJ per frame, which this model gives for VGA pictures and 500 features. The split between
 /// extraction, tracking and idle power is an estimate. So is that of its clocks at 370 MHz, which add up to less than the 50 ms that 20
 /// frames a second leave.
 const MICROCONTROLLER: HostParams = HostParams {

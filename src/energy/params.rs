@@ -6,7 +6,7 @@ use crate::text::named;
 named! {
     /// Architecture of the converters, for energy alone: times and codes stay those of the single-slope converter.
     pub enum Architecture {
-        /// A ramp for all columns, a comparator and a count a column.
+        /// A ramp for all columns, a comparator and a count per column.
         SingleSlope = "single_slope",
         /// Successive approximation with a capacitor array a column.
         Sar = "sar",

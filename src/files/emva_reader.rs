@@ -269,7 +269,7 @@ impl EmvaDescriptor {
                         return Err(wrong("b EXPOSURE_NS PHOTONS or d EXPOSURE_NS"));
                     };
                     if !((1.0..=1e15).contains(&exposure_ns) && (0.0..=1e12).contains(&photons)) {
-                        return Err(wrong("an exposure of 1 to 1e15 ns and 0 to 1e12 photons a pixel"));
+                        return Err(wrong("an exposure of 1 to 1e15 ns and 0 to 1e12 photons per pixel"));
                     }
                     let exposure_ns = crate::num::u64_half_even(exposure_ns);
                     groups.push(EmvaGroup { line: number, is_lit, exposure_ns, photons, files: Vec::new() });

@@ -246,7 +246,7 @@ impl Pilot<'_> {
             }
             Goal::Time(wall_ms) => {
                 let most = least.ceil();
-                let reason = format!("the fastest setting takes {least:.0} ms a frame here; use {most:.0}ms or more");
+                let reason = format!("the fastest setting takes {least:.0} ms per frame here; use {most:.0}ms or more");
                 Error::key("--time-budget", format!("{wall_ms}ms"), reason)
             }
         }

@@ -131,7 +131,7 @@ impl RayBudget {
     pub fn words(&self) -> String {
         match self {
             Self::Fixed(1) => "1 ray a pixel".to_owned(),
-            Self::Fixed(samples) => format!("{samples} rays a pixel"),
+            Self::Fixed(samples) => format!("{samples} rays per pixel"),
             Self::Tolerance { tolerance, most: 256 } => format!("render tolerance {tolerance}"),
             Self::Tolerance { tolerance, most } => format!("render tolerance {tolerance}, up to {most}"),
             Self::Subframes(count) => format!("{count} sub-frames"),

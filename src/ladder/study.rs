@@ -18,7 +18,7 @@ pub struct SettingVerdict {
     pub photon_noise_ratio: f64,
     /// Of render and sensor, per frame of the rig.
     pub cost: MeasuredCost,
-    /// Rays a pixel.
+    /// Rays per pixel.
     pub rays_per_pixel: f64,
 }
 

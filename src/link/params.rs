@@ -44,7 +44,7 @@ named! {
 pub struct LinkParams {
     /// Data lanes, 1 to 4.
     pub lanes: u32,
-    /// Double-data-rate clock: every lane carries two bits a clock.
+    /// Double-data-rate clock: every lane carries two bits per clock.
     pub frequency_hz: u64,
     /// What a frame carries.
     pub mode: Mode,

@@ -12,7 +12,7 @@ pub enum RawKind {
     Raw6,
     /// 8 pixels in 7 bytes, a stream of bits, least significant first.
     Raw7,
-    /// A byte a pixel.
+    /// A byte per pixel.
     Raw8,
     /// 4 pixels in 5 bytes: upper bytes, then a byte of the lower two bits.
     Raw10,
@@ -20,7 +20,7 @@ pub enum RawKind {
     Raw12,
     /// 4 pixels in 7 bytes: upper bytes, then three bytes of the lower six bits.
     Raw14,
-    /// 2 bytes a pixel, the upper one first, as in all wider containers of the standard.
+    /// 2 bytes per pixel, the upper one first, as in all wider containers of the standard.
     Raw16,
 }
 

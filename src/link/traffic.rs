@@ -97,7 +97,7 @@ impl LinkParams {
 
     fn plan_after_rows(&self, rows: u32, features: u64, sends_codes: bool) -> Result<Vec<PlannedPacket>, Error> {
         let features = u32::try_from(features)
-            .map_err(|_| Error::key("compute.target_features", features, "use fewer than 2^32 features a frame"))?;
+            .map_err(|_| Error::key("compute.target_features", features, "use fewer than 2^32 features per frame"))?;
         let batches = after_the_rows(features);
         let batches = self.mode.sends_features().then_some(batches.as_slice());
         Ok(self.packets(&FramePlan { rows, sends_codes, batches, features_per_gap: 0 }))

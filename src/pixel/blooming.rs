@@ -281,7 +281,7 @@ mod tests {
         (charge_e, gone_e)
     }
 
-    /// Excess that is no longer followed is below a 64th of an electron a pixel, and could have reached a pixel 1 / (1 - share) times.
+    /// Excess that is no longer followed is below a 64th of an electron per pixel, and could have reached a pixel 1 / (1 - share) times.
     #[test]
     fn many_lamps_spill_as_the_slow_reference_says_and_nothing_is_unaccounted_for() {
         for (case, share) in [(1, 0.1), (2, 0.6), (3, 0.9)] {

@@ -1,6 +1,6 @@
 //! Read noise. Adds the read chain's noise, in microvolts.
 //!
-//! Model: one normal draw of sigma `read_noise_uv` a pixel and frame, after double sampling and at the ADC's input (EMVA 1288
+//! Model: one normal draw of sigma `read_noise_uv` per pixel and frame, after double sampling and at the ADC's input (EMVA 1288
 //! release 4.0, temporal dark noise without quantisation); where both samples are converted, half its variance in each.
 
 use super::params::PixelParams;

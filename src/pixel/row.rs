@@ -1,4 +1,4 @@
-//! Row arithmetic that effects share: one value a column, in the unit of the effect's domain.
+//! Row arithmetic that effects share: one value per column, in the unit of the effect's domain.
 
 use crate::simd::kernel;
 

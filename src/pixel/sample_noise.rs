@@ -1,6 +1,6 @@
 //! Noise of the samples. Adds a normal draw to each sample, in microvolts.
 //!
-//! One type for every noise that is a normal draw a pixel, frame and sample. Where reset and signal are converted separately (digital
+//! One type for every noise that is a normal draw per pixel, frame and sample. Where reset and signal are converted separately (digital
 //! CDS) each sample has its draw; else one draw represents the difference.
 
 use super::row::add_scaled;
@@ -78,7 +78,7 @@ impl SampleSigmas {
     }
 }
 
-/// A normal draw a pixel, frame and sample.
+/// A normal draw per pixel, frame and sample.
 pub struct SampleNoise {
     name: &'static str,
     number: EffectNumber,

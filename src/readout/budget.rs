@@ -99,7 +99,7 @@ pub(super) fn line_demands(
     ]
 }
 
-/// Lane clocks of a row's bits; 0 where the readout is parallel. A lane carries a bit a clock, and the last may run short.
+/// Lane clocks of a row's bits; 0 where the readout is parallel. A lane carries a bit per clock, and the last may run short.
 pub(super) fn shift_lane_clk(geometry: &Geometry, params: &ReadoutParams, bits: u32) -> u64 {
     if params.lanes == 0 {
         return 0;

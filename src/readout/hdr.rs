@@ -1,4 +1,4 @@
-//! High dynamic range from several readings of a pixel, the most sensitive first. Merges their codes into one linear code a pixel, deeper
+//! High dynamic range from several readings of a pixel, the most sensitive first. Merges their codes into one linear code per pixel, deeper
 //! than the readings, and optionally compands it to fewer bits.
 //!
 //! A reading is a separate exposure (multi-exposure) or the same charge at another conversion gain (dual gain, lateral overflow).

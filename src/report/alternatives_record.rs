@@ -114,6 +114,6 @@ impl Alternatives {
         for LeftOut { name, reason } in &self.left_out {
             text += &format!("{name:<28} not possible: {reason}\n");
         }
-        text + &format!("  (* what this scenario sends; {} features a frame; host {})\n", self.features, self.host)
+        text + &format!("  (* what this scenario sends; {} features per frame; host {})\n", self.features, self.host)
     }
 }

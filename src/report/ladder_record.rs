@@ -52,7 +52,7 @@ pub struct ReferenceRecord {
     pub finest: f64,
     /// Its own standard error in photon noise, from two independent halves.
     pub standard_error: f64,
-    /// Rays a pixel.
+    /// Rays per pixel.
     pub rays_per_pixel: f64,
     /// Pixels that were judged, of all frames.
     pub pixels: u64,
@@ -95,7 +95,7 @@ pub struct LadderRow {
     pub tracked_fraction: Option<f64>,
     /// Energy of sensor and extractor over the reference's, less 1.
     pub energy_error: Option<f64>,
-    /// Rays a pixel.
+    /// Rays per pixel.
     pub rays_per_pixel: Option<f64>,
     /// No other combination is both faster and at least as good.
     pub on_front: bool,

@@ -150,7 +150,7 @@ pub struct Scenario {
     pub optics: String,
     /// Of the ladder.
     pub rung: String,
-    /// Rays a pixel, mean over the run.
+    /// Rays per pixel, mean over the run.
     pub samples_per_pixel: f64,
     /// Variance of the render over photon variance, mean over pixels and frames.
     pub render_variance_ratio: Option<f64>,

@@ -98,7 +98,7 @@ impl SensorSetup {
         Ok(EnergyAccount::of(&self.estimated_events(level)?, 1, 1, pixels, &self.power))
     }
 
-    /// Bits and power of the link by what is sent, with so many features a frame. Fails on more features than a frame can have.
+    /// Bits and power of the link by what is sent, with so many features per frame. Fails on more features than a frame can have.
     pub fn link_split(&self, features: u64) -> Result<LinkSplit, Error> {
         let rate = 1e9 / f64_from_u64(self.power.period_ns);
         let of = |mode: Mode, features: u64| -> Result<(Traffic, f64), Error> {

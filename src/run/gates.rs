@@ -54,7 +54,7 @@ fn row(block: &str, parameters: &str) -> Netlist {
     });
     let line = line.unwrap_or_else(|| panic!("the table of gates has no row {block} {parameters}"));
     let mut numbers = line.split(',').skip(2).map(|field| field.parse::<f64>().expect("a number of the table"));
-    let mut next = || numbers.next().expect("three numbers a row");
+    let mut next = || numbers.next().expect("three numbers per row");
     Netlist { cells: next(), flip_flops: next(), sram_bits: next() }
 }
 

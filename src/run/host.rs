@@ -128,7 +128,7 @@ impl Host {
         received.iter().zip(&self.cameras).map(of_camera).collect()
     }
 
-    /// A rig has one time a frame: its first camera's, or what the next one's that arrived says of it. It rises from frame to frame.
+    /// A rig has one time per frame: its first camera's, or what the next one's that arrived says of it. It rises from frame to frame.
     fn time_ns(&self, sensor: &SensorSetup, number: u64, stamps: &[Option<FrameMetadata>]) -> u64 {
         let of_first = |(metadata, camera): (&Option<FrameMetadata>, &CameraClock)| {
             let stamp_ns = metadata.as_ref()?.timestamp_ns;

@@ -205,7 +205,7 @@ impl SensorSetup {
         if lines <= schedule.frame_time_s() / schedule.line_time_s() + 1e-6 {
             return Ok(());
         }
-        let needed = format!("rows and {features} features a frame need {lines:.0} lines on this link");
+        let needed = format!("rows and {features} features per frame need {lines:.0} lines on this link");
         if let FrameLength::RateHz(rate_hz) = schedule.params().frame {
             // Rounded down, so that what is named is slow enough.
             let fastest_hz = (1e3 / (lines * schedule.line_time_s())).floor() / 1e3;

@@ -40,11 +40,11 @@ fn light_words(sums: CodeSums, black_dn: u32, bits: u32, auto: bool) -> Option<S
 }
 
 /// Why no frame has a pose, and what to change.
-fn untracked_words(found_a_frame: f64, cameras: usize, threshold: u16) -> String {
+fn untracked_words(features: f64, cameras: usize, threshold: u16) -> String {
     let none = "0 % of the frames have a pose";
-    if found_a_frame < FEATURES_LEAST {
+    if features < FEATURES_LEAST {
         return format!(
-            "{none}: {found_a_frame:.0} features a frame are too few; add light (sensor.readout.exposure_us, scene.illuminance_lux), lower \
+            "{none}: {features:.0} features per frame are too few; add light (sensor.readout.exposure_us, scene.illuminance_lux), lower \
              compute.threshold = {threshold}, or show a scene with texture"
         );
     }
@@ -55,7 +55,7 @@ fn untracked_words(found_a_frame: f64, cameras: usize, threshold: u16) -> String
         );
     }
     format!(
-        "{none} though there are {found_a_frame:.0} features a frame; shorten sensor.readout.exposure_us against blur, slow the motion, or \
+        "{none} though there are {features:.0} features per frame; shorten sensor.readout.exposure_us against blur, slow the motion, or \
          let the cameras see the same (rig.baseline_mm)"
     )
 }

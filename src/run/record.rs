@@ -78,7 +78,7 @@ impl Session {
         let (plan, timing) = (&report.plan, &report.timing);
         let sends_features = self.setup.sensor.link.mode.sends_features();
         let render = match *self.setup.world {
-            World::Scene(_) => "one sample a pixel says nothing about its own error",
+            World::Scene(_) => "one sample per pixel says nothing about its own error",
             #[cfg(feature = "pictures")]
             World::Images(_) => "pictures are integrated without chance, and their own noise is not known",
         };

@@ -25,8 +25,8 @@ pub fn burst_utilisation(sensor: &SensorSetup) -> Result<f64, Error> {
     sensor.link.burst_utilisation(sensor.schedule.output_size().width_px, sensor.bits(), rows_apart_s)
 }
 
-/// Clocks and times of a sensor that sends so many features a frame, with the spans of a line and of a frame; the host's are those of a rig
-/// of so many cameras. Fails on a row that its link cannot carry.
+/// Clocks and times of a sensor that sends so many features per frame, with the spans of a line and of a frame; the host's are those of a
+/// rig of so many cameras. Fails on a row that its link cannot carry.
 pub fn timing_record(sensor: &SensorSetup, features: u64, cameras: u32) -> Result<Timing, Error> {
     let schedule = &sensor.schedule;
     Ok(Timing {

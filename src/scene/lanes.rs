@@ -225,7 +225,7 @@ pub fn next_lane(bits: &mut u32) -> usize {
 impl Floats {}
 
 impl EightMask {
-    /// A byte a lane, of which all bits or none are set.
+    /// A byte per lane, of which all bits or none are set.
     #[inline(always)]
     pub fn bytes(self) -> u64 {
         let mut out = [0_u8; 8];

@@ -42,7 +42,7 @@ pub struct TableColumn {
     pub unit: String,
     /// What it is for.
     pub role: Role,
-    /// One value a row.
+    /// One value per row.
     pub values: ColumnValues,
 }
 

@@ -219,7 +219,7 @@ impl CameraKeypoints {
     pub fn project(&self, camera: &RigCamera, point_in_body_m: DVec3, state: &Moving) -> Option<DVec2> {
         let mut position_px = camera.project(point_in_body_m)?;
         if self.clock.sweeps() {
-            // The row's time depends on the row: at 1,000 px/s and 33 us a row each round leaves 3 % of the last one's change.
+            // The row's time depends on the row: at 1,000 px/s and 33 us per row each round leaves 3 % of the last one's change.
             for _ in 0..2 {
                 let offset_s = self.clock.row_offset_s(position_px.y, camera.calibration.size);
                 position_px = camera.project(state.soon(point_in_body_m, offset_s))?;

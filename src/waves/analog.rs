@@ -1,4 +1,4 @@
-//! Analog side of a row's conversions, clock by clock: converter inputs, the ramp, and one comparator bit a column.
+//! Analog side of a row's conversions, clock by clock: converter inputs, the ramp, and one comparator bit per column.
 //!
 //! Ramp and comparators are those of the clocked rung (`adc::Comparators`); all columns take part, since comparators that flip disturb the
 //! ramp that they share. Before a ramp's first step comparators are held low, as their auto-zero does.

@@ -2,7 +2,7 @@
 //!
 //! The serial lanes are `rtl_models::lane_shift`, by their own clock: they take the codes at their first edge after the clock in which
 //! `latch` is high. The link shows what D-PHY's transmitter is asked for and sends (names as in its PHY-protocol interface): the
-//! request, the byte clock, a byte a lane, and the bit on the wire, the least significant of a byte first.
+//! request, the byte clock, a byte per lane, and the bit on the wire, the least significant of a byte first.
 
 use rtl_models::lane_shift::{LaneConfig, LaneIn, LaneShift};
 
@@ -136,7 +136,7 @@ impl LinkSignals {
         [self.request, self.byte_clk, self.ready].into_iter().chain(self.bytes.iter().chain(&self.bits).copied())
     }
 
-    /// A clock of eight bits a lane.
+    /// A clock of eight bits per lane.
     pub fn byte_clk(link: &LinkParams) -> Frequency {
         Frequency { clocks: link.frequency_hz, seconds: 4 }
     }

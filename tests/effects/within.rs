@@ -240,7 +240,10 @@ fn frames_of_a_still_scene_after_the_first_send_no_ray_and_are_what_they_would_b
         (seen, samples * f64::from(frames))
     };
     let ((one, first), (all, sum)) = (run(1), run(3));
-    assert!((first - sum).abs() < 1e-9 && first >= 2.0, "{first} rays a pixel in the first frame, {sum} in all three");
+    assert!(
+        (first - sum).abs() < 1e-9 && first >= 2.0,
+        "{first} rays per pixel in the first frame, {sum} in all three"
+    );
     assert!(all.iter().all(|photons| *photons == one[0]));
     // The slow twin: the frame rendered anew, by the same samples.
     let (setup, camera) = camera(&[]);

@@ -115,7 +115,7 @@ fn mitsuba_sees_the_box_room_within_two_per_cent() {
     std::fs::write(folder.join("scene.json"), description.to_string()).unwrap();
     let found = judged(&folder, 1024);
     // 2 % is asked for, and is compared over squares of 2 by 2 pixels, where Mitsuba's own noise with 1,024 paths a pixel is 0.5 %
-    // (two seeds). The default's 256 rays a sample leave about 2 %, alike over a wall.
+    // (two seeds). The default's 256 rays per sample leave about 2 %, alike over a wall.
     for (name, bound) in [("direct", 0.02), ("full", 0.02), ("default", 0.025)] {
         let error = found[name]["mean_relative_error"].as_f64().unwrap();
         assert!(error < bound, "{name}: {found}");

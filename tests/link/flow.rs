@@ -51,7 +51,7 @@ fn features_leave_in_the_gaps_between_rows_and_never_make_a_row_wait() {
     let per_gap = OV7251.features_per_gap(640, 10, period).unwrap();
     assert_eq!((FEATURE_BYTES, per_gap), (40, 7));
     let batches = by_cell_row((0..480).flat_map(|row| [row; 2]), 32, 16, 480);
-    // 64 features a cell row of 32 rows, complete 16 rows below it; the last two cell rows with the last row.
+    // 64 features per cell row of 32 rows, complete 16 rows below it; the last two cell rows with the last row.
     assert_eq!(batches[0], Batch { features: 64, after_row: 47 });
     assert_eq!((batches.len(), batches[14].after_row, batches[13].after_row), (15, 479, 463));
     let packets = OV7251.packets(&plan(480, true, &batches, per_gap));

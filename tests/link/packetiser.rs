@@ -42,7 +42,7 @@ fn play(lanes_log2: u32, seed: u64, kind: RawKind, pause: u64) -> u64 {
     }
     let words: u64 = cases.iter().map(|case| (case.bytes.len() as u64).div_ceil(config.lanes().into())).sum();
     if pause == 0 && (lanes_log2 < 2 || !matches!(kind, RawKind::Raw6 | RawKind::Raw7)) {
-        // A clock for the request and one for the first beat of a long packet; and a word a clock.
+        // A clock for the request and one for the first beat of a long packet; and a word per clock.
         assert!(clock <= words + 2 * cases.len() as u64 + 1, "{kind:?}: {clock} clocks for {words} words");
     }
     clock

@@ -61,7 +61,7 @@ fn rows_every_third_frame_save_bits_and_energy_and_no_feature() {
     }
     let (all, some) = (&every.bandwidth, &third.bandwidth);
     assert!((some.container_bits_per_frame - all.container_bits_per_frame * 3.0 / 7.0).abs() < 1e-6);
-    // Four of seven frames leave out 160 rows of 266 bytes a camera, and their features need no more headers than one a feature.
+    // Four of seven frames leave out 160 rows of 266 bytes per camera, and their features need no more headers than one a feature.
     let saved_bits = (all.link_bits_per_s - some.link_bits_per_s) / third.timing.fps;
     let rows_bits = 4.0 / 7.0 * f64::from(2 * 160 * 266 * 8);
     let found: f64 = third.frames.iter().map(|frame| f64::from(frame.found)).sum::<f64>() / 7.0;

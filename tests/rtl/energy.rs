@@ -120,7 +120,7 @@ fn every_block_maps_to_the_library_that_was_named() {
     let library = Library::parse(&text);
     let readout = readout_activity();
     let mut table = format!(
-        "| {} at {} V | area | leakage | nets that switch | energy a clock |\n|---|---|---|---|---|\n",
+        "| {} at {} V | area | leakage | nets that switch | energy per clock |\n|---|---|---|---|---|\n",
         library.name, library.voltage_v
     );
     for block in &BLOCKS {

@@ -231,7 +231,7 @@ fn photographs_give_the_same_in_all_forms() {
     judge.finish_after(SEED, 300_000);
 }
 
-/// The most hardware there is: 16 bits, Harris, four octaves, four corners a cell, four engines, a queue of 64.
+/// The most hardware there is: 16 bits, Harris, four octaves, four corners per cell, four engines, a queue of 64.
 #[test]
 fn the_widest_core_equals_its_twin_on_every_clock() {
     const SEED: u64 = 56;

@@ -22,7 +22,7 @@ fn figures(world: &World, row_time_s: f64, corrected: bool, frames: u64) -> (f64
     (se3.ate_m, se3.jitter_d2_m.expect("even frames"), tracked)
 }
 
-/// 33 us a row: 15.8 ms from the first row to the last, in which this hand moves 11 mm and turns 2 degrees, 12 px. Issue 6 allows 1.5
+/// 33 us per row: 15.8 ms from the first row to the last, in which this hand moves 11 mm and turns 2 degrees, 12 px. Issue 6 allows 1.5
 /// times the global shutter's error and jitter; what is left is that the rate is not known exactly: it adds 12 - 6 unknowns that its
 /// prior holds.
 #[test]

@@ -171,7 +171,7 @@ impl World {
         let calibration = &self.cameras[camera];
         let mut row_px = 0.5 * f64::from(calibration.size.height_px - 1);
         let mut position_px = None;
-        // Rows follow each other faster than a point crosses them: each round leaves a twentieth at 1,500 px/s and 33 us a row.
+        // Rows follow each other faster than a point crosses them: each round leaves a twentieth at 1,500 px/s and 33 us per row.
         for _ in 0..6 {
             let camera_from_world = of_row(row_px).then(&calibration.body_from_camera).inverse();
             let point_m = camera_from_world.point(point_m);

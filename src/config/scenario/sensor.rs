@@ -153,15 +153,15 @@ sections! {
         /// Time constant of the ramp's start in adc_clk clocks, 0 to 1e4: after k clocks the ramp is
         /// (1 - exp(-k / constant)) x constant clocks behind.
         ramp_settling_clk: f64,
-        /// Noise of the ramp in uV, one draw a conversion, shared by the row's columns, 0 to 1e6.
+        /// Noise of the ramp in uV, one draw per conversion, shared by the row's columns, 0 to 1e6.
         ramp_noise_uv: f64,
-        /// Jitter of adc_clk against the ramp in ps, one draw a conversion and column, 0 to 1e6.
+        /// Jitter of adc_clk against the ramp in ps, one draw per conversion and column, 0 to 1e6.
         ramp_jitter_ps: f64,
         /// Amplitude of the supply's ripple at the ADC's input in uV, rejection included, 0 to 1e6.
         supply_ripple_uv: f64,
         /// Frequency of that ripple in Hz, 1 to 1e9.
         supply_ripple_hz: f64,
-        /// Noise of the comparator in uV, one draw a conversion and column, besides the read noise, 0 to 1e6.
+        /// Noise of the comparator in uV, one draw per conversion and column, besides the read noise, 0 to 1e6.
         comparator_noise_uv: f64,
         /// Clocks from the ramp's passing the column's level to the comparator's output transition, 0 to 1000.
         comparator_delay_clk: u32,
@@ -171,11 +171,11 @@ sections! {
         kickback_uv: f64,
         /// Clocks in which that step decays to a half, 1 to 1024.
         kickback_decay_clk: u32,
-        /// Noise that all columns of a row share in uV, one draw a row and frame, 0 to 1e6.
+        /// Noise that all columns of a row share in uV, one draw per row and frame, 0 to 1e6.
         row_noise_uv: f64,
         /// Sigma of the rows' offsets over the die in uV, 0 to 1e6.
         row_offset_uv: f64,
-        /// Noise that all rows of a column share in uV, one draw a column and frame, 0 to 1e6.
+        /// Noise that all rows of a column share in uV, one draw per column and frame, 0 to 1e6.
         column_noise_uv: f64,
         /// Load of a column line in pF, 0.01 to 100.
         column_capacitance_pf: f64,
@@ -265,9 +265,9 @@ sections! {
         trigger_period_us: Option<f64>,
         /// From pulse to frame, in pixel clocks.
         trigger_delay_clk: u32,
-        /// How much later a camera's frames come than the first camera's: one value a camera, or the step from camera to camera.
+        /// How much later a camera's frames come than the first camera's: one value per camera, or the step from camera to camera.
         sync_skew_us: PerCamera,
-        /// Deviation of a camera's clock, -1000 to 1000: one value a camera, or the step from camera to camera.
+        /// Deviation of a camera's clock, -1000 to 1000: one value per camera, or the step from camera to camera.
         clock_ppm: PerCamera,
     }
 }

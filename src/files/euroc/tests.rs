@@ -186,7 +186,7 @@ fn hostile_calibrations_are_refused_with_file_and_line() {
         ("pinhole", "*model", "line 17: is no YAML"),
         ("rate_hz: 20", "rate_hz: &rate 20\ncopy_hz: *rate", "line 16: has an alias; write the value"),
         ("rate_hz: 20", "? [a]\n: 20", "line 15: has a key that is no text"),
-        ("sensor_type: camera", "a: {a: {a: {a: {a: {a: {a: {a: 1}}}}}}}", "line 2: is more than 8 levels deep"),
+        ("sensor_type: camera", "a: {a: {a: {a: {a: {a: {a: {a: {a: 1}}}}}}}}", "line 2: is more than 8 levels deep"),
         ("T_BS:", "T_BS", "line 7: is no YAML"),
         ("1.76187114e-05]", "1.76187114e-05", "line 21: is no YAML"),
     ];

@@ -43,7 +43,7 @@ pub(super) fn flow_steps(found: &Matches) -> Vec<u16> {
 pub(super) fn write_flow_16(file: &Path, found: &Matches) -> Result<(), Error> {
     let size = found.dx_px.size();
     let buffer = ImageBuffer::from_raw(size.width_px, size.height_px, flow_steps(found));
-    save(file, &DynamicImage::ImageRgb16(buffer.expect("three numbers a pixel")))
+    save(file, &DynamicImage::ImageRgb16(buffer.expect("three numbers per pixel")))
 }
 
 /// One line a row: time and `world_from_camera` at the middle of its exposure, in digits that return to the same bits.

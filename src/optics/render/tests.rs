@@ -192,7 +192,7 @@ fn a_strip_thinner_than_a_sample_has_its_own_area() {
     assert_eq!(tried, 4);
 }
 
-/// Rays a pixel and squared error over photon variance of the case below, as they were when the test was written.
+/// Rays per pixel and squared error over photon variance of the case below, as they were when the test was written.
 const RECORDED: [f64; 2] = [100.84, 0.1179];
 
 #[test]

@@ -178,7 +178,7 @@ const KINDS: [Kind; 17] = [
     kind("features_tracked", "features tracked", "", Good::High, Statistic::Mean),
     kind("innovation_px", "innovation", "px", Good::Neither, Statistic::Mean),
     kind("power_w", "power of the sensors", "W", Good::Low, Statistic::Mean),
-    kind("energy_per_pixel_j", "energy a pixel", "J", Good::Low, Statistic::Mean),
+    kind("energy_per_pixel_j", "energy per pixel", "J", Good::Low, Statistic::Mean),
     kind("link_bits_per_s", "bits on the link", "bit/s", Good::Low, Statistic::Mean),
     kind("raw_bits_per_s", "bits of raw pixels", "bit/s", Good::Neither, Statistic::Mean),
     kind("latency_s", "latency to the last bit", "s", Good::Low, Statistic::Mean),

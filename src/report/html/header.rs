@@ -46,7 +46,7 @@ fn chips(report: &Report) -> Vec<String> {
         scenario.optics.clone(),
         cameras,
         format!("motion scaled by {}", digits(scenario.motion_scale)),
-        format!("rung {}, {} samples a pixel", scenario.rung, digits(scenario.samples_per_pixel)),
+        format!("rung {}, {} samples per pixel", scenario.rung, digits(scenario.samples_per_pixel)),
         render,
         format!("seed {}", report.seed),
     ];

@@ -15,7 +15,7 @@ const CHOICES: [f64; 9] = [0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 5.0];
 pub(super) fn ladder(record: &LadderRecord) -> Markup {
     let reference = &record.reference;
     let lead = format!(
-        "Errors against a reference of {} rays a pixel, converted clock by clock with all effects, whose own standard error is {} of \
+        "Errors against a reference of {} rays per pixel, converted clock by clock with all effects, whose own standard error is {} of \
          photon noise; it can judge errors from {} on. Times are processor time a frame of the rig, on {} threads.",
         digits(reference.rays_per_pixel),
         digits(reference.standard_error),

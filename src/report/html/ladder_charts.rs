@@ -109,8 +109,15 @@ fn plot(
     if let Some((level, name)) = level {
         series.push(Series::line(name, Ink::One, 1, vec![vec![(from, level), (to, level)]]));
     }
-    let axes =
-        Axes { title, x_label: "processor time in ms a frame", y_label, x_log: true, y_log, notes, ..Axes::default() };
+    let axes = Axes {
+        title,
+        x_label: "processor time in ms per frame",
+        y_label,
+        x_log: true,
+        y_log,
+        notes,
+        ..Axes::default()
+    };
     html! { div { h3 { (title) } (chart(&axes, &series)) } }
 }
 

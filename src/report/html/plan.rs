@@ -22,9 +22,9 @@ pub(super) fn plan(report: &Report) -> Markup {
         p.note {
             "Budget " (digits(plan.budget_e)) " e\u{2212}, " (digits(plan.accuracy)) " of a pixel\u{2019}s own noise where that is least; "
             (bound(plan.budget_used.map(|share| 100.0 * share))) " % of it is taken. "
-            "Predicted: " (digits(plan.cost_ns_per_px)) " ns a pixel for the effects kept, "
+            "Predicted: " (digits(plan.cost_ns_per_px)) " ns per pixel for the effects kept, "
             (digits(plan.cost_of_all_ns_per_px)) " for all, " (digits(plan.cost_of_none_ns_per_px)) " without any; "
-            (digits(plan.sensor_ms_per_frame)) " ms a frame for the sensors on one core."
+            (digits(plan.sensor_ms_per_frame)) " ms per frame for the sensors on one core."
         }
         @if !plan.facts.is_empty() { (facts(plan)) }
     };

@@ -65,7 +65,7 @@ fn sensor_tiles(report: &Report) -> Markup {
                    included; the longest of the run.";
     html! {
         (tile("Power", within(energy.power_mw, "mW"), &range))
-        (tile("Energy a pixel", within(energy.pj_per_pixel, "pJ"), energy_meaning))
+        (tile("Energy per pixel", within(energy.pj_per_pixel, "pJ"), energy_meaning))
         (tile("Raw pixels", Some(si_parts(bandwidth.raw_bits_per_frame * fps, "bit/s")), &reduction))
         (tile("Latency", Some(si_parts(report.timing.latency_us * 1e-6, "s")), latency_meaning))
     }

@@ -18,7 +18,7 @@ const LETTER_PX: f64 = 7.5;
 pub(super) fn timing(report: &Report, waves: Option<&str>) -> Markup {
     let timing = &report.timing;
     let lead = format!(
-        "{} lines a second, {} frames a second, {} clocks a frame; {} from mid-exposure to the last bit on the lanes.",
+        "{} lines a second, {} frames a second, {} clocks per frame; {} from mid-exposure to the last bit on the lanes.",
         grouped(if timing.line_time_us > 0.0 { 1e6 / timing.line_time_us } else { 0.0 }),
         digits(timing.fps),
         grouped(f64_from_u64(timing.clocks_per_frame)),

@@ -39,7 +39,7 @@ impl TransferCurve {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     size: Size,
-    /// 1 (all bands), 3 (red, green, blue) or 4 (and near infrared) values a pixel.
+    /// 1 (all bands), 3 (red, green, blue) or 4 (and near infrared) values per pixel.
     channels: usize,
     values: Vec<f32>,
     /// Share of the values at the greatest code; 0 for floats.
@@ -162,7 +162,7 @@ impl Picture {
         self.size
     }
 
-    /// 1 (all bands alike), 3 (red, green, blue; near infrared like red) or 4 values a pixel.
+    /// 1 (all bands alike), 3 (red, green, blue; near infrared like red) or 4 values per pixel.
     pub fn channels(&self) -> usize {
         self.channels
     }

@@ -70,7 +70,7 @@ pub fn parse(file: &str, text: &str, mut unit: TimeUnit) -> Result<ImageList, Er
         }
     }
     let Some(first_ns) = rows.first().map(|(time_ns, _)| *time_ns) else {
-        return Err(refused(file, 1, "there is no time; use one time a line"));
+        return Err(refused(file, 1, "there is no time; use one time per line"));
     };
     let times_s = rows.iter().map(|(time_ns, _)| f64_from_i64(time_ns - first_ns) * 1e-9).collect();
     Ok(ImageList { first_ns, times_s, names: rows.into_iter().filter_map(|(_, name)| name).collect(), repeated })
