@@ -1,5 +1,5 @@
 //! Time of the host a frame of a stereo VGA rig, on one thread: the tracker alone, and the extraction that comes before it where frames,
-//! not features, are on the link. Bar: 8 ms a frame at 500 features per camera.
+//! not features, are on the link. Bar: 8 ms per frame at 500 features per camera.
 //!
 //! The tracker follows three seconds of a lively hand through the synthetic room of `tests/tracker`; the median and the worst frame of
 //! one run are printed before the samples. The pictures to extract from are drawn, with some 1,350 features each.

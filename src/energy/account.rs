@@ -114,7 +114,7 @@ impl EnergyAccount {
         self.mean_power_mw(flows.map(|part| part.energy_aj).sum())
     }
 
-    /// Likely range in pJ a frame of the total, then of each block in the order of `Block::ALL`.
+    /// Likely range in pJ per frame of the total, then of each block in the order of `Block::ALL`.
     pub fn ranges_pj(&self) -> (Range, Vec<Range>) {
         let drawn = Drawn::of(&self.power.items, &self.power.technology);
         let values = self.values_pj();

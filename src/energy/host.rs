@@ -48,7 +48,7 @@ const MICROCONTROLLER: HostParams = HostParams {
     track_clk_per_feature: 15e3,
 };
 
-/// A small computer of the class of Raspberry Pi 4: some 4 W beside 2.5 W at rest (memory), 100 ms a frame of such a chain, of which the
+/// A small computer of the class of Raspberry Pi 4: some 4 W beside 2.5 W at rest (memory), 100 ms per frame of such a chain, of which the
 /// back end takes 94 (second hand).
 const SINGLE_BOARD_COMPUTER: HostParams = HostParams {
     name: "single_board_computer",

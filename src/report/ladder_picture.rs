@@ -60,7 +60,7 @@ fn draw(
         )?;
     chart
         .configure_mesh()
-        .x_desc("processor time in ms a frame of the rig")
+        .x_desc("processor time in ms per frame of the rig")
         .y_desc("error of the picture in photon noise")
         .light_line_style(BLACK.mix(0.06))
         .label_style(("sans-serif", 14))

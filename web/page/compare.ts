@@ -10,7 +10,7 @@ const figures: [name: string, unit: string, of: (summary: Summary) => number | n
   ["Features in the pose", "", (summary) => summary.tracked_features],
   ["Raw bits", "kbit", (summary) => summary.raw_bits / 1000],
   ["Feature bits", "kbit", (summary) => summary.feature_bits / 1000],
-  ["Energy a frame", "µJ", (summary) => summary.energy.total_pj * 1e-6],
+  ["Energy per frame", "µJ", (summary) => summary.energy.total_pj * 1e-6],
   ["Power", "mW", (summary) => summary.energy.power_mw],
   ["Latency", "ms", (summary) => summary.timing.latency_us / 1000],
   ["Path error (ATE) so far", "mm", (summary) => (summary.tracking.ate_m === null ? null : 1000 * summary.tracking.ate_m), true],

@@ -115,7 +115,7 @@ export class Cost {
     bars(byId("stage-times"), summary.stages_ms.map(([name, ms]) =>
       [name.replaceAll("_", " "), ms, `${short(ms / frames)} ms`]), "accent");
     const frame_ms = total / frames;
-    byId("stage-text").textContent = `${short(frame_ms)} ms a frame in this browser, ${short(1000 / frame_ms)} frames a second.`;
+    byId("stage-text").textContent = `${short(frame_ms)} ms per frame in this browser, ${short(1000 / frame_ms)} frames a second.`;
   }
 
   showAccuracy(rows: AccuracyRow[]): void {

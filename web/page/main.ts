@@ -360,7 +360,7 @@ async function judge(): Promise<void> {
     const all = design.off ? [] : ['effects = "all"'], tolerance = (ratio: string): string =>
       by("1", ...all).replace("samples_per_pixel = 1", `render_tolerance = ${ratio}`);
     const settings: [string, string][] = [
-      ["1 ray a pixel", by("1", ...all)], ["4 rays a pixel", by("4", ...all)], ["16 rays a pixel", by("16", ...all)],
+      ["1 ray per pixel", by("1", ...all)], ["4 rays per pixel", by("4", ...all)], ["16 rays per pixel", by("16", ...all)],
       ["rays to a variance of 4", tolerance("4.0")], ["rays to a variance of 1", tolerance("1.0")],
       ["64 rays, effects by plan", by("64")], ["64 rays, all effects, clock by clock", by("64", 'rung = "clocked"', ...all)],
       ["64 rays, all effects, closed form", by("64", ...all)],
