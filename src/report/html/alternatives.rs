@@ -31,7 +31,7 @@ pub(super) fn alternatives(report: &Report) -> Markup {
     let rows = html! { @for alternative in &found.rows { (row(alternative, factor)) } };
     let table = Table { label: Some("raw, features or both"), class: Some("alternatives"), heads: &heads, rows };
     let lead = format!(
-        "One run\u{2019}s events under each way of sending, {} features per camera\u{2019}s frame, all sensors together. The host is {}; \
+        "One run\u{2019}s events under each way of sending, {} features per frame and camera, all sensors together. The host is {}; \
          times count from the middle of the exposure.",
         grouped(crate::num::f64_from_u64(found.features)),
         found.host
