@@ -313,7 +313,7 @@ impl Knowledge {
     fn take(&mut self, world_from_imu: &Pose, picture: &Matrix6<f64>) {
         let before = &self.state.world_from_imu;
         let apart = before.inverse().then(world_from_imu);
-        let turn = crate::so3::log(apart.rotation);
+        let turn = so3::log(apart.rotation);
         let moved =
             Vector6::new(apart.translation_m.x, apart.translation_m.y, apart.translation_m.z, turn.x, turn.y, turn.z);
         let own = self.covariance.fixed_view::<6, 6>(0, 0).into_owned();
