@@ -20,7 +20,6 @@ const AFTER_PHOTONS: &[&str] = &[
     "files",
     "cli",
     "main",
-    "silicon",
     "events",
 ];
 
