@@ -79,7 +79,7 @@ fn print_truth(name: &str, case: &Case, truth: &Truth) {
 
 /// The table of docs/sampling.md: five scenes and three motions at one tolerance each.
 fn print_cells(tolerances: &[f64], reference: u32, pairs: u64) {
-    println!("| scene | motion | k | rays | error | bias | own | own / error | CPU s |");
+    println!("| scene | motion | k | rays | error | bias | own | own / (error - bias) | CPU s |");
     println!("|---|---|---|---|---|---|---|---|---|");
     for scene in scenario::FIVE {
         let setup = setup(scene);
@@ -94,7 +94,7 @@ fn print_cells(tolerances: &[f64], reference: u32, pairs: u64) {
                     "| {scene} | {name} | {tolerance} | {rays:.1} | {:.3} +- {:.3} | {bias:.3} | {own:.3} | {:.2} | {cpu_s:.2} |",
                     sensor[0],
                     sensor[1],
-                    own / sensor[0]
+                    own / (sensor[0] - bias)
                 );
             }
         }

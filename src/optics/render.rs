@@ -34,6 +34,7 @@ mod view;
 
 use super::camera::Camera;
 use crate::num::{f64_from_usize, greater, index, u64_from};
+use crate::parallel::collected;
 use crate::plane::Plane;
 use crate::pose::Pose;
 use crate::scene::object::DynamicScene;
@@ -174,13 +175,16 @@ fn to_target(frame: &FrameRender) -> Exposure {
         }
         let Some(least) = allocation::least_gain(&estimates, target, spare, saturation_photons) else { break };
         rule.least_gain = Some(least);
-        for (pixel, estimate) in estimates.iter_mut().enumerate() {
+        let is_above = |&pixel: &usize| {
+            let estimate = &estimates[pixel];
             let is_first = estimate.stage != Stage::Refined;
             let may_count = is_first && frame.is_rendered(pixel) && estimate.may_count(saturation_photons);
-            if may_count && estimate.marginal_gain() >= least {
-                estimate.stage = Stage::Refined;
-                refined.push(PixelSamples { pixel, ..PixelSamples::default() });
-            }
+            may_count && estimate.marginal_gain() >= least
+        };
+        let above_in = |row: usize| (row * width..(row + 1) * width).filter(is_above).collect::<Vec<usize>>();
+        for pixel in collected(frame.shutter.len(), above_in).into_iter().flatten() {
+            estimates[pixel].stage = Stage::Refined;
+            refined.push(PixelSamples { pixel, ..PixelSamples::default() });
         }
         frame.refine(&mut refined, &first_batches, &rule);
         let mut grown = false;

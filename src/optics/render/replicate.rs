@@ -11,7 +11,7 @@ use super::pixel::{OF_REFINED, StoppingRule};
 use super::pixel_samples::PixelSamples;
 use crate::draw::DrawKey;
 use crate::num::{f32_from_u32, f64_from_u64, f64_from_usize, greater, lesser, u64_from};
-use crate::parallel::over_chunks;
+use crate::parallel::{collected, over_chunks};
 use crate::scene::tracer::Stack;
 
 /// Marks keys of replicates.
@@ -19,7 +19,7 @@ const OF_REPLICATE: u64 = 1 << 42;
 /// Marks keys of second replicates.
 const OF_SECOND_REPLICATE: u64 = 1 << 46;
 /// Replicates of a unit of parallel work.
-const CHUNK: usize = 16;
+const CHUNK: usize = 4;
 
 /// A pixel that is sampled again, and one over its probability to be drawn.
 #[derive(Clone, Copy, Debug)]
@@ -47,20 +47,20 @@ pub fn choose(estimates: &[Estimate], width: usize, saturation_photons: f32, key
     let mut replicates = Vec::new();
     for stage in [Stage::First, Stage::Refined] {
         let is_in = |estimate: &Estimate| estimate.stage == stage && estimate.counts(saturation_photons);
-        let of = || estimates.iter().enumerate().filter(|(_, estimate)| is_in(estimate));
-        let count = f64_from_usize(of().count());
-        let own: Vec<f64> = of().map(|(pixel, _)| claim(estimates, width, pixel, saturation_photons)).collect();
+        let pixels: Vec<usize> = (0..estimates.len()).filter(|&pixel| is_in(&estimates[pixel])).collect();
+        let count = f64_from_usize(pixels.len());
+        let own = collected(pixels.len(), |number| claim(estimates, width, pixels[number], saturation_photons));
         let mean = own.iter().sum::<f64>() / count;
-        let claims_of = || of().zip(own.iter().map(|own| own + CLAIM_LEAST * mean));
+        let claims_of = || pixels.iter().zip(own.iter().map(|own| own + CLAIM_LEAST * mean));
         let (mut claims, mut cost) = (0.0, 0.0);
-        for ((_, estimate), claim) in claims_of() {
+        for (&pixel, claim) in claims_of() {
             claims += claim;
-            cost += claim * f64::from(estimate.samples);
+            cost += claim * f64::from(estimates[pixel].samples);
         }
         let affordable = SAMPLES_SHARE * f64_from_u64(samples) * claims / cost;
         let most = lesser(REPLICATES_MAX, f64_from_usize(estimates.len()) * PIXELS_SHARE);
         let wanted = greater(lesser(most, affordable), REPLICATES_MIN);
-        for ((pixel, _), claim) in claims_of() {
+        for (&pixel, claim) in claims_of() {
             // Where nothing claims an error, all claim the same.
             let chance = if claims > 0.0 { wanted * claim / claims } else { wanted / count };
             let draw = key.with(u64_from(pixel)).uniform();
