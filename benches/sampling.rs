@@ -79,8 +79,8 @@ fn print_truth(name: &str, case: &Case, truth: &Truth) {
 
 /// The table of docs/sampling.md: five scenes and three motions at one tolerance each.
 fn print_cells(tolerances: &[f64], reference: u32, pairs: u64) {
-    println!("| scene | motion | k | rays | error | bias | own | own / (error - bias) | CPU s |");
-    println!("|---|---|---|---|---|---|---|---|---|");
+    println!("| scene | motion | k | rays | error | bias | own | own / error | own / (error - bias) | CPU s |");
+    println!("|---|---|---|---|---|---|---|---|---|---|");
     for scene in scenario::FIVE {
         let setup = setup(scene);
         for (name, velocity, turn) in motions() {
@@ -91,9 +91,10 @@ fn print_cells(tolerances: &[f64], reference: u32, pairs: u64) {
                 let sampling = Sampling { samples_max: 1_024, tolerance, ..Sampling::fixed(1, DrawKey::root(1)) };
                 let Row { rays, cpu_s, sensor, bias, own, .. } = case.row(sampling, &truth, pairs);
                 println!(
-                    "| {scene} | {name} | {tolerance} | {rays:.1} | {:.3} +- {:.3} | {bias:.3} | {own:.3} | {:.2} | {cpu_s:.2} |",
+                    "| {scene} | {name} | {tolerance} | {rays:.1} | {:.3} +- {:.3} | {bias:.3} | {own:.3} | {:.2} | {:.2} | {cpu_s:.2} |",
                     sensor[0],
                     sensor[1],
+                    own / sensor[0],
                     own / (sensor[0] - bias)
                 );
             }
